@@ -71,7 +71,7 @@ _Done = dict[tuple[str, str], DisturbanceAction]
 
 
 def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagnostic]:
-    """A deed without effect: by its numbers, or by another deed on the same part."""
+    """An action without effect: by its numbers, or by another one on the same part."""
     neutral, by, way = verb.neutral or (None, "", "")
     if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
         place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
@@ -88,7 +88,7 @@ def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagn
 def _spoiling(
     verb: Verb, deed: DisturbanceAction, done: _Done
 ) -> Iterator[tuple[Verb, DisturbanceAction]]:
-    """Deeds on the same part, or on its joint, that undo a deed."""
+    """Actions on the same part, or on its joint, that undo an action."""
     for spoils, name in product(verb.spoiled_by, (deed.name, deed.name.partition(".")[0])):
         if (spoils, name) in done:
             yield VERBS[spoils], done[spoils, name]
@@ -195,7 +195,7 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
 def _both(
     one: Disturbance, other: Disturbance
 ) -> Iterator[tuple[DisturbanceAction, str, DisturbanceAction]]:
-    """Each deed that the other disturbance undoes, and how, and the deed that undoes it."""
+    """Each action that the other disturbance undoes, and how, and the action that undoes it."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
     first, second = (
         {(deed.verb, deed.name): deed for deed in each.actions} for each in (one, other)

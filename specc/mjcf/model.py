@@ -35,13 +35,13 @@ class ModelPart:
     geared: bool = False
     """Whether an actuator has another gear than 1."""
     cutoff: bool = False
-    """Whether a sensor gives no more than a largest value."""
+    """Whether the values of a sensor are limited."""
     range: tuple[float, float] | None = None
-    """From where to where a hinge or a slide goes, rad or m; None where nothing limits it."""
+    """Limits of a hinge or a slide, rad or m; None if it has none."""
     control_range: tuple[float, float] | None = None
-    """Controls of an actuator beyond it are cut; None where nothing limits them."""
+    """Limits of the controls of an actuator; None if they have none."""
     force_range: tuple[float, float] | None = None
-    """Forces of an actuator beyond it are cut."""
+    """Limits of the forces of an actuator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class ModelFiles:
 
     @property
     def possible(self) -> tuple[str, ...]:
-        """All that may be meant."""
+        """All places where a file may be."""
         return (*self.texts, *(place for places in self.assets for place in places))
 
     def used(self, found: Collection[str]) -> tuple[str, ...]:
@@ -70,10 +70,10 @@ class ModelFiles:
         chosen: list[str] = []
         for places in self.assets:
             if len(places) > 1:
-                meant = [place for place in places if os.path.realpath(place) in real]
-                if not meant:
+                matching = [place for place in places if os.path.realpath(place) in real]
+                if not matching:
                     raise ModelError(f"{places[0]} may be {places[1]} as well: name one folder")
-                places = (meant[0],)
+                places = (matching[0],)
             chosen += places
         return (*self.texts, *dict.fromkeys(chosen))
 
@@ -97,10 +97,10 @@ class Model:
     """By `joint`, `sensor` or `actuator`, and name, as they are written."""
     files: ModelFiles = field(default_factory=ModelFiles)
     missing: tuple[str, ...] = ()
-    """What it names, or a model that it attaches, and is not there: `the mesh arm.obj`."""
+    """Files that it or an attached model names and that do not exist: `the mesh arm.obj`."""
     name: str = ""
     timestep_s: float | None = 0.002
-    """How long a step of the simulation is; None where the file says nothing that it can be."""
+    """The duration of a step of the simulation; None where the file has no valid one."""
 
     size: int = field(default=0, compare=False)
     """How many elements it has with its copies made, but without what it attaches."""
@@ -111,13 +111,13 @@ class Model:
 
     @property
     def letters(self) -> int:
-        """How many letters the names have, all together."""
+        """The total length of the names."""
         return sum(len(name) for _, name in self.parts) + sum(
             map(len, (*self.cameras, *self.bodies))
         )
 
     def attach(self, other: Model, prefix: str) -> None:
-        """Take in another model, with a prefix before all its names."""
+        """Add another model, with a prefix before all its names."""
         self.joints |= {prefix + name: size for name, size in other.joints.items()}
         self.sensors |= {prefix + name: size for name, size in other.sensors.items()}
         self.actuators |= {prefix + name: size for name, size in other.actuators.items()}
@@ -137,7 +137,7 @@ class Model:
         return part.kind if part else ""
 
     def joint_range(self, name: str) -> tuple[float, float] | None:
-        """From where to where a hinge or a slide goes, rad or m; None where that is not known."""
+        """Limits of a hinge or a slide, rad or m; None where they are not known."""
         return self.parts.get(("joint", name), ModelPart("")).range
 
     def driven(self, name: str, *, direct: bool = False) -> str:

@@ -74,18 +74,200 @@ def read_model(path: str, reach: AllowedPaths = ANYWHERE) -> Model:
     return model
 
 
+# What actuators without a name are called.
+
+
+_ACTED_ON = ("joint", "jointinparent", "tendon", "cranksite", "site", "body")
+"""Attributes of an actuator that name the part it acts on."""
+
+
+class ActuatorNames:
+    """Names for the actuators of one file that have none, as in the simulator.
+
+    An actuator is called after the part that it acts on. Where an actuator has that name, `_2`,
+    `_3` and so on follows.
+    """
+
+    def __init__(self, named: Iterable[str]) -> None:
+        self._taken = set(named)
+        self._last: dict[str, int] = {}
+        """The number of the last one that acts on a part."""
+
+    def of(self, attributes: Mapping[str, str]) -> str:
+        """The name of the next one; empty if the file does not say what it acts on."""
+        part = next((attributes[key] for key in _ACTED_ON if attributes.get(key)), "")
+        if not part:
+            return ""
+        number = self._last.get(part, 0) + 1
+        while (name := part if number == 1 else f"{part}_{number}") in self._taken:
+            number += 1
+        self._last[part] = number
+        self._taken.add(name)
+        return name
+
+
+# Classes of defaults. The outermost class holds for every element without another one, and a class
+# has what the one around it has. An element belongs to its own `class`, else to the `childclass` of
+# the nearest body or frame.
+
+
+_OUTERMOST = ""
+_READ = (
+    "actuator camera class ctrllimited ctrlrange cutoff data dim forcelimited forcerange gear "
+    "inheritrange joint limited range resolution type"
+)
+"""Attributes that the compiler reads; a class may set any number of others."""
+_ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
+
+
+class Defaults:
+    """What elements have by their classes, once the whole model is read."""
+
+    def __init__(self) -> None:
+        self._own: dict[tuple[str, str], dict[str, str]] = {}
+        """Class and kind of element -> attributes that the class sets."""
+        self._outer: dict[str, str] = {}
+        self._inherited: dict[tuple[str, str], dict[str, str]] = {}
+        """What classes have with those around them; computed once."""
+
+    def class_inside(
+        self, tag: str, attributes: Mapping[str, str], around: str, in_defaults: bool
+    ) -> str:
+        """The class that holds inside an element, where another one holds around it."""
+        if tag != "default":
+            return attributes.get("childclass", around)
+        if not in_defaults:
+            self._outer.setdefault(attributes.get("class", "main"), _OUTERMOST)
+            return _OUTERMOST
+        name = attributes.get("class", around)
+        if name != around:
+            self._outer.setdefault(name, around)
+        return name
+
+    def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
+        """Elements of a class have attributes."""
+        own = self._own.setdefault((name, _kind(tag)), {})
+        own |= {key: value for key, value in attributes.items() if key in _READ.split()}
+
+    def attributes_of(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+        """The attributes of an element with those of its class."""
+        kind = _kind(tag)
+        if (name, kind) not in self._inherited:
+            found: dict[str, str] = {}
+            outer = name
+            for _ in range(len(self._outer) + 1):
+                found = {**self._own.get((outer, kind), {}), **found}
+                if outer == _OUTERMOST:
+                    break
+                outer = self._outer.get(outer, _OUTERMOST)
+            self._inherited[name, kind] = found
+        return {**self._inherited[name, kind], **attributes}
+
+
+def _kind(tag: str) -> str:
+    """Actuators of all kinds share what a class sets."""
+    return "actuator" if tag in _ACTUATORS.split() else tag
+
+
+# Files that a model names beside those that it includes.
+
+
+_FACES = ("fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+_FILLED = ("mesh", "gmsh")
+"""Types of `<flexcomp>` that come from a file; the others count points."""
+_KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
+
+
+@dataclass(eq=False, slots=True)
+class Assets:
+    """Meshes, height fields, textures, skins and models, and the folders where they are.
+
+    MuJoCo looks for a file in one folder, which depends on its version where sections contradict
+    one another; every folder that may be meant counts. Attributes that MuJoCo does not look at, as
+    the file of a texture that it draws itself, name nothing that the model uses.
+    """
+
+    _files: dict[tuple[str, str, bool], None] = field(default_factory=dict)
+    """Tag, file, and whether MuJoCo opens it."""
+    _models: list[tuple[str, str]] = field(default_factory=list)
+    _folders: dict[str, set[str]] = field(default_factory=dict)
+    _stripped: bool = False
+
+    def add(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Add the files or folders that an element names."""
+        if tag == "compiler":
+            for name in ("assetdir", "meshdir", "texturedir"):
+                if name in attributes:
+                    self._folders.setdefault(name, set()).add(attributes[name])
+            self._stripped |= attributes.get("strippath") == "true"
+        elif tag != "include":
+            opened = _opened(tag, attributes)
+            for name, value in attributes.items():
+                if value and name.startswith("file"):
+                    self._files[tag, value, name in opened] = None
+            if tag == "model":
+                self._models.append((attributes.get("name", ""), attributes.get("file", "")))
+
+    def paths(self, base: str) -> Iterator[tuple[str, bool]]:
+        """Where the files may be for a model in the folder `base`; whether MuJoCo opens them."""
+        for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
+            yield from ((place, is_opened) for place in self._places(base, tag, file))
+
+    def existing(self, base: str) -> list[tuple[str, ...]]:
+        """The places of each file where there is one."""
+        places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
+        return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
+
+    def unopened(self, base: str) -> Iterator[str]:
+        """Files that are there and that are named where MuJoCo does not look."""
+        for tag, file, is_opened in self._files:
+            if not is_opened:
+                yield from filter(os.path.isfile, self._places(base, tag, file))
+
+    def missing(self, base: str) -> Iterator[str]:
+        """What is in none of the places where it may be, in words."""
+        for tag, file, is_opened in self._files:
+            if is_opened and not any(map(os.path.isfile, self._places(base, tag, file))):
+                yield f"the {_KINDS.get(tag, 'file')} {file}"
+
+    def models(self, base: str) -> Iterator[tuple[str, str]]:
+        """The models to attach: a name, which may be empty, and where the file may be."""
+        for name, file in self._models:
+            yield from ((name, path) for path in self._places(base, "model", file))
+
+    def _places(self, base: str, tag: str, file: str) -> list[str]:
+        name = os.path.basename(file) if self._stripped else file
+        own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())
+        folders = own | self._folders.get("assetdir", set())
+        if tag not in ("mesh", "hfield", "texture") or not folders:
+            folders = folders | {""}
+        return [os.path.join(base, folder, name) for folder in sorted(folders)]
+
+
+def _opened(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
+    """The attributes of an element that name a file which MuJoCo opens."""
+    if tag == "flexcomp":
+        return ("file",) if attributes.get("type") in _FILLED else ()
+    if tag not in _KINDS or attributes.get("builtin", "none") != "none":
+        return ()
+    return _FACES if tag == "texture" and not attributes.get("file") else ("file",)
+
+
+# Models.
+
+
 @dataclass(eq=False, slots=True)
 class _ModelText:
     """What the texts of one model declare, with those that it includes."""
 
     base: str
     model: Model = field(default_factory=Model)
-    assets: Assets = field(default_factory=lambda: Assets())
+    assets: Assets = field(default_factory=Assets)
     attached: dict[tuple[str, str], None] = field(default_factory=dict)
     """Names of models, and prefixes."""
     attachments: set[str] = field(default_factory=set)
     """Real paths of the models that it attaches."""
-    defaults: Defaults = field(default_factory=lambda: Defaults())
+    defaults: Defaults = field(default_factory=Defaults)
     elements: list[tuple[str, str, str, dict[str, str]]] = field(default_factory=list)
     """Section, tag, class and attributes of all that have names, and of all actuators."""
     compiler: dict[str, str] = field(default_factory=dict)
@@ -149,7 +331,7 @@ class _ModelText:
         self.elements.sort(key=lambda each: each[0] == _ACTUATOR)
         unnamed = ActuatorNames(e[3].get("name", "") for e in self.elements if e[0] == _ACTUATOR)
         for section, tag, class_, own in self.elements:
-            attributes = self.defaults.applied(class_, tag, own)
+            attributes = self.defaults.attributes_of(class_, tag, own)
             if name := own.get("name") or unnamed.of(attributes):
                 self._add(section, tag, name, attributes)
 
@@ -240,11 +422,11 @@ class _ModelReader:
                 self._confine(asset)
                 self._weigh(asset)
         self._models[real_path(path)] = text
-        others = self._read_attachable(text)
+        attachable = self._read_attachable(text)
         for name, prefix in text.attached:
-            if name in others:
-                self._attach(shown, text.model, self._models[others[name]].model, prefix)
-                text.attachments.add(others[name])
+            if name in attachable:
+                self._attach(shown, text.model, self._models[attachable[name]].model, prefix)
+                text.attachments.add(attachable[name])
             else:
                 text.model.complete = False
         self._complete.add(real_path(path))
@@ -384,182 +566,3 @@ def _is_other(text: str, usual: float) -> bool:
 
 def _too_large(shown: str) -> ModelError:
     return ModelError(f"with {shown} the model is larger than {MAX_BYTES // 1_000_000} MB")
-
-
-# What actuators without a name are called.
-
-
-_ACTED_ON = ("joint", "jointinparent", "tendon", "cranksite", "site", "body")
-"""Attributes of an actuator that name the part it acts on."""
-
-
-class ActuatorNames:
-    """Names for the actuators of one file that have none; the simulator gets the same ones.
-
-    An actuator is called after the part that it acts on. Where an actuator has that name, `_2`,
-    `_3` and so on follows.
-    """
-
-    def __init__(self, named: Iterable[str]) -> None:
-        self._taken = set(named)
-        self._last: dict[str, int] = {}
-        """The number of the last one that acts on a part."""
-
-    def of(self, attributes: Mapping[str, str]) -> str:
-        """The name of the next one; empty if the file does not say what it acts on."""
-        part = next((attributes[key] for key in _ACTED_ON if attributes.get(key)), "")
-        if not part:
-            return ""
-        number = self._last.get(part, 0) + 1
-        while (name := part if number == 1 else f"{part}_{number}") in self._taken:
-            number += 1
-        self._last[part] = number
-        self._taken.add(name)
-        return name
-
-
-# Classes of defaults. The outermost class holds for every element without another one, and a class
-# has what the one around it has. An element belongs to its own `class`, else to the `childclass` of
-# the nearest body or frame.
-
-
-_OUTERMOST = ""
-_READ = (
-    "actuator camera class ctrllimited ctrlrange cutoff data dim forcelimited forcerange gear "
-    "inheritrange joint limited range resolution type"
-)
-"""All that anybody asks of the attributes of an element; a class may have any number of others."""
-_ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
-
-
-class Defaults:
-    """What elements have by their classes, once the whole model is read."""
-
-    def __init__(self) -> None:
-        self._own: dict[tuple[str, str], dict[str, str]] = {}
-        """Class and kind of element -> attributes that the class sets."""
-        self._outer: dict[str, str] = {}
-        self._inherited: dict[tuple[str, str], dict[str, str]] = {}
-        """What classes have with those around them; computed once."""
-
-    def class_inside(
-        self, tag: str, attributes: Mapping[str, str], around: str, in_defaults: bool
-    ) -> str:
-        """The class that holds inside an element, where another one holds around it."""
-        if tag != "default":
-            return attributes.get("childclass", around)
-        if not in_defaults:
-            self._outer.setdefault(attributes.get("class", "main"), _OUTERMOST)
-            return _OUTERMOST
-        name = attributes.get("class", around)
-        if name != around:
-            self._outer.setdefault(name, around)
-        return name
-
-    def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
-        """Elements of a class have attributes."""
-        own = self._own.setdefault((name, _kind(tag)), {})
-        own |= {key: value for key, value in attributes.items() if key in _READ.split()}
-
-    def applied(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
-        """The attributes of an element with those of its class."""
-        kind = _kind(tag)
-        if (name, kind) not in self._inherited:
-            found: dict[str, str] = {}
-            outer = name
-            for _ in range(len(self._outer) + 1):
-                found = {**self._own.get((outer, kind), {}), **found}
-                if outer == _OUTERMOST:
-                    break
-                outer = self._outer.get(outer, _OUTERMOST)
-            self._inherited[name, kind] = found
-        return {**self._inherited[name, kind], **attributes}
-
-
-def _kind(tag: str) -> str:
-    """Actuators of all kinds share what a class sets."""
-    return "actuator" if tag in _ACTUATORS.split() else tag
-
-
-# Files that a model names beside those that it includes.
-
-
-_FACES = ("fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
-_FILLED = ("mesh", "gmsh")
-"""Types of `<flexcomp>` that come from a file; the others count points."""
-_KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
-
-
-@dataclass(eq=False, slots=True)
-class Assets:
-    """Meshes, height fields, textures, skins and models, and the folders where they are.
-
-    MuJoCo looks for a file in one folder, which depends on its version where sections contradict
-    one another; every folder that may be meant counts. Attributes that MuJoCo does not look at, as
-    the file of a texture that it draws itself, name nothing that the model uses.
-    """
-
-    _files: dict[tuple[str, str, bool], None] = field(default_factory=dict)
-    """Tag, file, and whether MuJoCo opens it."""
-    _models: list[tuple[str, str]] = field(default_factory=list)
-    _folders: dict[str, set[str]] = field(default_factory=dict)
-    _stripped: bool = False
-
-    def add(self, tag: str, attributes: Mapping[str, str]) -> None:
-        """Add the files or folders that an element names."""
-        if tag == "compiler":
-            for name in ("assetdir", "meshdir", "texturedir"):
-                if name in attributes:
-                    self._folders.setdefault(name, set()).add(attributes[name])
-            self._stripped |= attributes.get("strippath") == "true"
-        elif tag != "include":
-            opened = _opened(tag, attributes)
-            for name, value in attributes.items():
-                if value and name.startswith("file"):
-                    self._files[tag, value, name in opened] = None
-            if tag == "model":
-                self._models.append((attributes.get("name", ""), attributes.get("file", "")))
-
-    def paths(self, base: str) -> Iterator[tuple[str, bool]]:
-        """Where the files may be for a model in the folder `base`; whether MuJoCo opens them."""
-        for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
-            yield from ((place, is_opened) for place in self._places(base, tag, file))
-
-    def existing(self, base: str) -> list[tuple[str, ...]]:
-        """The places of each file where there is one."""
-        places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
-        return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
-
-    def unopened(self, base: str) -> Iterator[str]:
-        """Files that are there and that are named where MuJoCo does not look."""
-        for tag, file, is_opened in self._files:
-            if not is_opened:
-                yield from filter(os.path.isfile, self._places(base, tag, file))
-
-    def missing(self, base: str) -> Iterator[str]:
-        """What is in none of the places where it may be, in words."""
-        for tag, file, is_opened in self._files:
-            if is_opened and not any(map(os.path.isfile, self._places(base, tag, file))):
-                yield f"the {_KINDS.get(tag, 'file')} {file}"
-
-    def models(self, base: str) -> Iterator[tuple[str, str]]:
-        """The models to attach: a name, which may be empty, and where the file may be."""
-        for name, file in self._models:
-            yield from ((name, path) for path in self._places(base, "model", file))
-
-    def _places(self, base: str, tag: str, file: str) -> list[str]:
-        name = os.path.basename(file) if self._stripped else file
-        own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())
-        folders = own | self._folders.get("assetdir", set())
-        if tag not in ("mesh", "hfield", "texture") or not folders:
-            folders = folders | {""}
-        return [os.path.join(base, folder, name) for folder in sorted(folders)]
-
-
-def _opened(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
-    """The attributes of an element that name a file which MuJoCo opens."""
-    if tag == "flexcomp":
-        return ("file",) if attributes.get("type") in _FILLED else ()
-    if tag not in _KINDS or attributes.get("builtin", "none") != "none":
-        return ()
-    return _FACES if tag == "texture" and not attributes.get("file") else ("file",)

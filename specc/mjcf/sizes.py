@@ -1,4 +1,4 @@
-"""How large what MuJoCo makes of a model is, told from the text before anything is made."""
+"""Bounds on the size of a compiled model, computed from its text alone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import inf, prod
 
 MOST_ELEMENTS = 200_000
-"""That a model has with its copies made."""
+"""Of a model with its copies."""
 MOST_NUMBERS = 100_000_000
 """Of one element: pixels of a texture, points of a height field, what `<size>` reserves."""
 MOST_STEPS = 100_000
@@ -32,7 +32,7 @@ _UNITS = {"K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40, "P": 2**50, "E": 2**60
 
 
 def copies(tag: str, attributes: Mapping[str, str]) -> int:
-    """How many times an element makes what stands in it."""
+    """How many copies an element makes of its content."""
     if tag not in _COPYING:
         return 1
     numbers = attributes.get("count", "").split(maxsplit=3)[:3]
@@ -40,7 +40,7 @@ def copies(tag: str, attributes: Mapping[str, str]) -> int:
 
 
 def excess(tag: str, attributes: Mapping[str, str]) -> str:
-    """What an element asks for that no model needs; empty if it asks for nothing such."""
+    """Why an element exceeds the bounds; empty if it does not."""
     if tag in _NUMBERS:
         numbers = prod(_whole(attributes.get(name, "")) for name in _NUMBERS[tag])
         if numbers > MOST_NUMBERS:
@@ -66,7 +66,7 @@ def _of_options(attributes: Mapping[str, str]) -> str:
 
 
 def step_s(text: str) -> float | None:
-    """How long a step is; None for a text that says nothing that it can be."""
+    """The duration of a step; None for a text that is no positive number."""
     found = number(text)
     return found if found is not None and 0 < found < inf else None
 

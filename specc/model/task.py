@@ -38,11 +38,11 @@ Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measure
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """What a disturbance can do, once or as long as it `lasts`.
+    """What a disturbance can do: once, or over time if it `has_duration`.
 
-    `done` is the participle for messages. Its numbers have a unit, that of the subject if it is
-    None. They say `nothing` if all are that number, which has words and a way out. It is `spoiled`
-    by other verbs on the same subject at the same time.
+    Its numbers have a unit, that of the subject if `unit` is None. With all numbers equal to the
+    `neutral` one, which comes with words and a way out, it has no effect; nor has it one while a
+    verb of `spoiled_by` acts on the same subject.
     """
 
     name: str

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import reachable
@@ -23,6 +23,10 @@ class _TypeBase:
     """What is asked of all types about how they are made, with the answers of most."""
 
     __slots__ = ()
+    _PARTS: ClassVar[tuple[str, ...]] = ()
+    """The fields with the types that a type is made of."""
+    _FRAMES: ClassVar[tuple[str, ...]] = ()
+    """The fields with frames."""
 
     @property
     def is_discrete(self) -> bool:
@@ -42,7 +46,7 @@ class _TypeBase:
     @property
     def parts(self) -> tuple[Type, ...]:
         """The types that a type is made of."""
-        return ()
+        return tuple(getattr(self, name) for name in self._PARTS)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -52,7 +56,8 @@ class _TypeBase:
     @property
     def frames(self) -> tuple[Frame, ...]:
         """The frames that a type names, from left to right."""
-        return tuple(frame for part in self.parts for frame in part.frames)
+        own = (getattr(self, name) for name in self._FRAMES)
+        return (*filter(None, own), *(frame for part in self.parts for frame in part.frames))
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -66,7 +71,10 @@ class _TypeBase:
 
     def framed(self, frame: Callable[[Frame], Frame]) -> Self:
         """The same type in other frames; a record or an opaque type loses one that becomes ""."""
-        return self
+        own = {name: old for name in self._FRAMES if (old := getattr(self, name))}
+        changed = {name: frame(old) for name, old in own.items()}
+        changed |= {name: getattr(self, name).framed(frame) for name in self._PARTS}
+        return replace(self, **changed) if changed else self  # type: ignore[type-var]  # a dataclass
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +141,8 @@ class Vector(_TypeBase):
     size: int
     element: Real | Enum | Int | Bool
     frame: Frame = ""
+    _PARTS = ("element",)
+    _FRAMES = ("frame",)
 
     @property
     def is_discrete(self) -> bool:
@@ -147,23 +157,12 @@ class Vector(_TypeBase):
         return self.element.units
 
     @property
-    def parts(self) -> tuple[Type, ...]:
-        return (self.element,)
-
-    @property
     def names(self) -> tuple[str, ...]:
         return {3: VECTOR3_COMPONENTS, 6: SPATIAL_COMPONENTS}.get(self.size, ())
 
     @property
-    def frames(self) -> tuple[Frame, ...]:
-        return (self.frame,) if self.frame else ()
-
-    @property
     def components(self) -> tuple[Type, ...]:
         return (self.element,) * self.size
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> Vector:
-        return replace(self, frame=frame(self.frame)) if self.frame else self
 
     def __str__(self) -> str:
         if self.frame:
@@ -180,6 +179,7 @@ class Spatial(_TypeBase):
     linear: Unit
     angular: Unit
     is_array = True
+    _FRAMES = ("frame",)
 
     @property
     def units(self) -> tuple[Unit, ...]:
@@ -190,15 +190,8 @@ class Spatial(_TypeBase):
         return SPATIAL_COMPONENTS
 
     @property
-    def frames(self) -> tuple[Frame, ...]:
-        return (self.frame,)
-
-    @property
     def components(self) -> tuple[Type, ...]:
         return (Real(self.linear),) * 3 + (Real(self.angular),) * 3
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> Spatial:
-        return replace(self, frame=frame(self.frame))
 
     def __str__(self) -> str:
         short = _SPATIAL_NAMES.get((self.linear, self.angular))
@@ -223,13 +216,7 @@ class Pose(_TypeBase):
     parent: Frame
     child: Frame
     is_array = True
-
-    @property
-    def frames(self) -> tuple[Frame, ...]:
-        return self.parent, self.child
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> Pose:
-        return Pose(frame(self.parent), frame(self.child))
+    _FRAMES = ("parent", "child")
 
     def __str__(self) -> str:
         return f"pose[{self.parent.lstrip('?')}, {self.child.lstrip('?')}]"
@@ -253,17 +240,11 @@ class ListOf(_TypeBase):
 
     element: Type
     nonempty: bool = False
-
-    @property
-    def parts(self) -> tuple[Type, ...]:
-        return (self.element,)
+    _PARTS = ("element",)
 
     @property
     def extent(self) -> tuple[int, int]:
         return _nested_extent(self.element.extent)
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> ListOf:
-        return ListOf(self.element.framed(frame), self.nonempty)
 
     def __str__(self) -> str:
         return f"{'nonempty' if self.nonempty else 'list'}[{self.element}]"
@@ -274,17 +255,11 @@ class OptionalOf(_TypeBase):
     """A value of a type, or None."""
 
     value: Type
-
-    @property
-    def parts(self) -> tuple[Type, ...]:
-        return (self.value,)
+    _PARTS = ("value",)
 
     @property
     def extent(self) -> tuple[int, int]:
         return _nested_extent(self.value.extent)
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> OptionalOf:
-        return OptionalOf(self.value.framed(frame))
 
     def __str__(self) -> str:
         return f"optional[{self.value}]"
@@ -296,13 +271,7 @@ class PartialOf(_TypeBase):
 
     value: Vector | Spatial
     is_array = True
-
-    @property
-    def parts(self) -> tuple[Type, ...]:
-        return (self.value,)
-
-    def framed(self, frame: Callable[[Frame], Frame]) -> PartialOf:
-        return PartialOf(self.value.framed(frame))
+    _PARTS = ("value",)
 
     def __str__(self) -> str:
         return f"partial[{self.value}]"

@@ -13,7 +13,8 @@ ROWS = {
     "specc/model/task.py": (
         '    Verb("silent", "silenced"',
         '    Verb("drop", "dropped", "distance", "one", "Joints, and how far they fall.",'
-        ' lasts=False, nothing=(0, "from nowhere", "say from where"), spoiled=("block",)),\n'
+        ' has_duration=False, neutral=(0, "from nowhere", "say from where"),'
+        ' spoiled_by=("block",)),\n'
         '    Verb("flip", "flipped", "measurement", "none", "Elements of the other sign."),\n',
     ),
     "runtime/specc_runtime/disturbances.py": (

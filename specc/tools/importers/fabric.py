@@ -116,10 +116,10 @@ def _report_assumptions(definition: FabricSubsystem, notes: Notes) -> None:
         notes.change(message, place)
 
 
-def _period(definition: FabricSubsystem, given: Fraction | None, notes: Notes) -> Fraction:
-    """The period of a subsystem: the given one, or the shortest of those of its states."""
-    if given is not None:
-        return given
+def _period(definition: FabricSubsystem, fixed: Fraction | None, notes: Notes) -> Fraction:
+    """The period of a subsystem: `fixed`, or the shortest of those of its states."""
+    if fixed is not None:
+        return fixed
     periods = [s.period_s for s in definition.states if s.period_s]
     periods += [definition.period_s] if definition.period_s else []
     if not periods:

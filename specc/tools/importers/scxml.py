@@ -218,13 +218,13 @@ class _ChartAgent:
         """The condition under which some transition of a state is taken."""
         if not state.transitions:
             return "never"
-        taken = [
+        conditions = [
             join("and", (_event_test(self._events.matching(t.events)), t.guard))
             if t.events
             else t.guard
             for t in _by_priority(state)
         ]
-        text = render(join("or", taken), self._atom)
+        text = render(join("or", conditions), self._atom)
         return self._condition("terminal", text, f"{state.id}_left")
 
     def _rows(self, state: ChartState) -> list[list[Data]]:

@@ -149,14 +149,14 @@ class _ChartReader:
     def _refuse_coupling(self, charts: Sequence[Chart]) -> None:
         """Report the transitions of a region that depend on the state of another one."""
         regions = {state.id: c.root.attributes["id"] for c in charts for state in c.states}
-        done = {f"done.state.{region}": region for region in regions.values()}
+        done_events = {f"done.state.{region}": region for region in regions.values()}
         for chart in charts:
             own = chart.root.attributes["id"]
             for element in (transition.element for transition in chart.transitions):
                 states = _IN_STATE.findall(element.attributes.get("cond", ""))
                 couplings = [(f"In('{name}')", regions.get(name, own), "cond") for name in states]
                 events = element.attributes.get("event", "").split()
-                couplings += [(event, done.get(event, own), "event") for event in events]
+                couplings += [(event, done_events.get(event, own), "event") for event in events]
                 for text, region, attribute in couplings:
                     if region != own:
                         message = f"`{text}` asks for the state of another region, `{region}`"

@@ -22,7 +22,7 @@ PEERS = frozenset(("c", "E", "R"))
 
 
 class SpecNames:
-    """Gives every foreign name a legal and unique one."""
+    """Legal and unique names for foreign ones."""
 
     def __init__(self, used: Iterable[str] = ()) -> None:
         self._known: dict[str, str] = {}
@@ -36,7 +36,7 @@ class SpecNames:
         return self._known[foreign]
 
     def new(self, wish: str) -> str:
-        """A legal name that was not given before, as close to `wish` as possible."""
+        """A new legal name, as close to `wish` as possible."""
         base = re.sub(r"\W+", "_", wish, flags=re.ASCII).strip("_")[:_LONGEST] or "unnamed"
         if base[0].isdigit() or keyword.iskeyword(base):
             base = f"n_{base}"

@@ -174,7 +174,7 @@ class Effector:
             self.reports[name] = self._type(len(joints), unit, word)
             self.bind[name] = {"joints": [joint.name for joint in joints]}
             most = TOLERANCES[unit][1]
-            if all(self._facts.strayed.get(joint.name, 0.0) < most for joint in joints):
+            if all(self._facts.drift.get(joint.name, 0.0) < most for joint in joints):
                 self.near[name] = NearStart(self._start(name, unit), self._tolerances[unit])
 
     def _start(self, name: str, unit: str) -> str:
@@ -345,7 +345,7 @@ def _per(force: str, unit: str, by: str = "") -> str:
 
 
 def number(value: float) -> str:
-    """A number as it is written."""
+    """A number as the language writes it."""
     return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e+").replace("e+", "e")
 
 

@@ -89,7 +89,7 @@ def mocap_warnings(facts: ModelFacts) -> Iterator[str]:
 def drift_warning(facts: ModelFacts) -> str:
     """A line about the joints that left the start in the rehearsal; empty if none did."""
     most = {joint.name: TOLERANCES[joint.unit][1] for joint in facts.joints}
-    far = {name: value for name, value in facts.strayed.items() if value > most[name]}
+    far = {name: value for name, value in facts.drift.items() if value > most[name]}
     farthest = sorted(far.items(), key=lambda pair: -pair[1])
     shown = join_some([f"{name} {_distance_text(value)}" for name, value in farthest], _MOST_SHOWN)
     line = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
@@ -98,7 +98,7 @@ def drift_warning(facts: ModelFacts) -> str:
 
 def _remarks(robot: Robot) -> Iterator[str]:
     facts = robot.facts
-    if facts.settled:
+    if facts.settles_elsewhere:
         yield (
             f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
             "or the robot stand above its floor. Runs begin where it settles: see the scene."
@@ -106,10 +106,10 @@ def _remarks(robot: Robot) -> Iterator[str]:
     yield from mocap_warnings(facts)
     if far := drift_warning(facts):
         yield far
-    elif facts.strayed:
+    elif facts.drift:
         yield (
             f"In a rehearsal of {HELD_S} s no joint went farther from the start than "
-            f"{_distance_text(max(facts.strayed.values()))} (rad or m)."
+            f"{_distance_text(max(facts.drift.values()))} (rad or m)."
         )
     yield from (f"Left out: {line}" for line in omissions(robot.refused))
 

@@ -1,4 +1,4 @@
-"""What the simulator says of a model: asked of a process of the runtime, which has it."""
+"""Facts about a model from the simulator, which runs in a process of the runtime."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST = 500
 
 
 class NoFacts(Refused):
-    """The model cannot be used, or nobody here can read it; the message says why."""
+    """The model cannot be used, or MuJoCo is missing; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Of its position."""
+        """The unit of its position."""
         return "rad" if self.kind == "hinge" else "m"
 
 
@@ -78,7 +78,7 @@ class ModelFacts:
 
     keyframe: str | None
     scene: Mapping[str, float]
-    settled: bool
+    settles_elsewhere: bool
     timestep_s: float
     period_s: float
     joints: tuple[Joint, ...]
@@ -86,15 +86,15 @@ class ModelFacts:
     actuators: tuple[Actuator, ...]
     refused: Mapping[str, str]
     thrusters: tuple[str, ...]
-    """Actuators, all refused, that push at sites."""
+    """Refused actuators that push at sites."""
     mocap: Mapping[str, tuple[str, ...]]
     """Bodies that mocap places -> the bodies that constraints tie to each."""
     frequency: float
-    strayed: Mapping[str, float]
+    drift: Mapping[str, float]
     sensors: tuple[Sensor, ...]
     cameras: tuple[str, ...]
     files: tuple[str, ...]
-    """Where the simulator has found files beside the texts; some it only names."""
+    """Paths of the files beside the texts; the simulator only names some of them."""
 
 
 def read_facts(path: str) -> ModelFacts:
@@ -130,13 +130,13 @@ BRACED = "braces in names stand for indices: give it or its joint another name"
 
 
 def _describe(path: str) -> dict[str, Any]:
-    """The answer of the process, which works in a folder of its own: MuJoCo writes a log."""
+    """The answer of the process, in a temporary folder, since MuJoCo writes a log."""
     # As in this process, but nothing from the working directory.
     found = os.pathsep.join(filter(None, sys.path))
     environment = {**os.environ, "PYTHONPATH": found, **dict.fromkeys(_THREADS, "1")}
     with temporary_folder() as scratch:
         try:
-            done = subprocess.run(
+            process = subprocess.run(
                 [sys.executable, "-m", "specc_runtime.describing", path, str(os.getpid())],
                 capture_output=True,
                 check=False,
@@ -148,12 +148,12 @@ def _describe(path: str) -> dict[str, Any]:
             )
         except subprocess.TimeoutExpired:
             raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s") from None
-    if -done.returncode == getattr(signal, "SIGXCPU", None):
+    if -process.returncode == getattr(signal, "SIGXCPU", None):
         raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s")
-    if done.returncode or not done.stdout:
-        if b"No module named" in done.stderr and b"specc_runtime" in done.stderr:
+    if process.returncode or not process.stdout:
+        if b"No module named" in process.stderr and b"specc_runtime" in process.stderr:
             raise NoFacts("the runtime (package specc_runtime) is not installed")
-        last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        last = process.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise NoFacts(f"MuJoCo failed on the model: {last[:_LONGEST] or 'it ended at once'}")
-    answer: dict[str, Any] = json.loads(done.stdout)
+    answer: dict[str, Any] = json.loads(process.stdout)
     return answer

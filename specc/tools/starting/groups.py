@@ -32,7 +32,7 @@ _MOST_FINGERS = 4
 
 
 class NoGroup(Refused):
-    """What `--group` says cannot be; the message says why and what to say."""
+    """A `--group` that the model does not have; the message says why and what to write."""
 
     def __init__(self, why: str) -> None:
         super().__init__(f"--group: {why}")

@@ -140,12 +140,12 @@ GUESSED_FRAME = "base_link"
 
 
 class Frames:
-    """Frames of the specification: those that messages name, and those that nobody has named."""
+    """Frames of the specification: those that messages name, and guesses for the others."""
 
     def __init__(self) -> None:
         self._names = SpecNames()
         self.named: dict[str, str] = {}
-        """By their names in the specification, what ROS calls them."""
+        """Name in the specification -> name in ROS."""
         self.guessed: list[str] = []
 
     def of(self, topic: Topic, at: str, of: str) -> str:
@@ -289,16 +289,16 @@ LOOKED_S = 5
 _OFTEN_HZ, _SEEN_HZ, _DECIDED_HZ = 50, 10, 10
 _MOST_DEVICES = 100
 _GAPS = 5
-"""How many periods, of the sender or of the reader, there may be no message."""
+"""Periods of the sender or of the reader without a message that are no fault."""
 _MOST_AGE_S = 1.0
-"""Of a message when it comes: what is older has been stamped by another clock."""
+"""The greatest age of a message on arrival; older stamps come from another clock."""
 _FEWEST = 3
-"""Messages by which a rate is known."""
+"""The fewest messages that give a rate."""
 
 
 @dataclass(eq=False, slots=True)
 class ProposedDevice:
-    """A real effector or receptor: the types of its elements, and what is behind them."""
+    """A real effector or receptor: the types of its elements, and their bindings."""
 
     name: str
     title: str
@@ -308,7 +308,7 @@ class ProposedDevice:
     reports: dict[str, Data] = field(default_factory=dict)
     bind: dict[str, Data] = field(default_factory=dict)
     oldest_s: dict[str, float] = field(default_factory=dict)
-    """By reports: the age of a value before the next one comes, where that is known."""
+    """Report -> its greatest age before the next one comes, where that is known."""
 
     def limited(self, periods: int) -> dict[str, Data]:
         """What it reports, with a `max_age` so many of its periods after it was sampled."""
@@ -322,7 +322,7 @@ class ProposedDevice:
 
 
 class Devices:
-    """The devices of a graph, and what of it is `left_out`, by the reasons."""
+    """The devices of a graph; `left_out` lists topics and actions without one, by reasons."""
 
     def __init__(self, graph: RosGraph) -> None:
         self.graph = graph
@@ -344,7 +344,7 @@ class Devices:
             self._add_action(name, type_)
 
     def _without_subsets(self, topics: Iterable[Topic]) -> Iterator[Topic]:
-        """The topics, without parts whose joints are those of a larger part, too."""
+        """The topics, without those whose joints also come with a larger message."""
         read: dict[str, set[str]] = {}
         for topic in topics:
             joints = set(topic.order[-1])
@@ -356,7 +356,7 @@ class Devices:
                 yield topic
 
     def _add(self, wish: str, title: str, *, acts: bool) -> ProposedDevice:
-        """Raises UnfitTopic if there are as many as a specification may have."""
+        """Raises UnfitTopic if the specification has the most devices that it may have."""
         if len(self.every) >= _MOST_DEVICES:
             raise UnfitTopic(f"there are {_MOST_DEVICES} devices already")
         self.every.append(ProposedDevice(self._names.new(wish), title, acts))
@@ -393,7 +393,7 @@ class Devices:
         return state, command
 
     def _add_topic(self, topic: Topic) -> None:
-        """A device for a topic; an image and what its camera says of it are of one."""
+        """A device for a topic; images and camera information of one camera share a device."""
         space = topic.name.rpartition("/")[0]
         camera = space if topic.type in _CAMERAS else ""
         try:
@@ -438,7 +438,7 @@ class Devices:
         self.left_out.setdefault(str(why), []).append(shown)
 
     def _bind_reports(self, device: ProposedDevice, topic: Topic, found: Mapping[str, str]) -> None:
-        """Bind elements to what a topic has."""
+        """Bind the elements of a device to a topic."""
         more: dict[str, Data] = {}
         if topic.type == JOINT_STATE:
             more["joints"] = joints_of(topic)
@@ -470,7 +470,7 @@ def _binding(topic: Topic, more: Mapping[str, Data], notes: Sequence[str]) -> Da
 
 
 def _round_ms(time_s: float) -> int:
-    """1, 2 or 5 times a power of ten, not less than a time; 0 for none and for what is too long."""
+    """A time rounded up to 1, 2 or 5 times a power of ten; 0 if it is 0 or too long."""
     steps = (digit * 10**power for power in range(6) for digit in (1, 2, 5))
     return next((ms for ms in steps if ms >= 1e3 * time_s), 0) if time_s > 0 else 0
 

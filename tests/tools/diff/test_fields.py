@@ -70,13 +70,15 @@ NOT_COMPARED = {
     "Behaviour.assignments": FOLLOWS,
     "Transition.is_otherwise": "its condition is compared",
     "Assignment.trace": "that of its function is told",
+    "Trace.eq": "a trace is compared as one text",
+    "Trace.table": "a trace is compared as one text",
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
     "Draw.values": "the texts that they come from are compared",
 }
 _PLACES = ("place",)
 _OF_MODEL = "specc.model."
-_NOT_HERE = ("expr", "types", "units", "requirement", "trace")
+_NOT_HERE = ("expr", "types", "units", "requirement")
 """Expressions and types are values; formulas are compared by their text."""
 
 

@@ -46,7 +46,7 @@ def described(path: str) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "keyframe": keyframe,
         "scene": moved,
-        "settled": bool(np.abs(final - start).max(initial=0.0) > _LEVEL),
+        "settles_elsewhere": bool(np.abs(final - start).max(initial=0.0) > _LEVEL),
         "timestep_s": float(model.opt.timestep),
         "period_s": period_s(model),
         "joints": [_joint(model, final, wheels, j) for j in range(model.njnt)],
@@ -56,7 +56,7 @@ def described(path: str) -> dict[str, Any]:
         "thrusters": [name for name, why in refused.items() if why == AT_SITE],
         "mocap": dict(_mocap(model)),
         "frequency": how.frequency if how else 0.0,
-        "strayed": _named(model, how.strayed) if how else {},
+        "drift": _named(model, how.strayed) if how else {},
         "sensors": [_sensor(model, i) for i in range(model.nsensor)],
         "cameras": [model.camera(i).name for i in range(model.ncam)],
         # Those of textures that MuJoCo draws are named here, too.
