@@ -297,7 +297,7 @@ def _fixed(analysis: Analysis, fix: Fix) -> tuple[FileEdit, ...]:
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
     """A row for each cause that the table lacks, which leads back to the state itself."""
     facts = analysis.result.proofs
-    verdicts = [v for v in facts.row_verdicts() if _is_about(diagnostic, v)] if facts else []
+    verdicts = [v for v in facts.row_verdicts if _is_about(diagnostic, v)] if facts else []
     related = {place.place for place in diagnostic.related}
     for verdict in verdicts:
         if verdict.state.place == diagnostic.primary:
