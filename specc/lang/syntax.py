@@ -277,10 +277,10 @@ def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
 def _as_logic(
     op: Callable[[], ast.boolop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
-        return said[0] if len(said) == 1 else ast.BoolOp(op(), said)
+    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        return members[0] if len(members) == 1 else ast.BoolOp(op(), members)
 
-    return made
+    return expand
 
 
 _MAX_COMPARED = 32
@@ -289,25 +289,25 @@ _MAX_COMPARED = 32
 def _as_choice(
     op: Callable[[], ast.cmpop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
         """The number of the first member that no later one is better than."""
-        if len(said) > _MAX_COMPARED:
-            message = f"these are {len(said)} peers, and at most {_MAX_COMPARED} are compared"
+        if len(members) > _MAX_COMPARED:
+            message = f"these are {len(members)} peers, and at most {_MAX_COMPARED} are compared"
             help = "compare them in an operator, or in groups"
             raise ExprError(message, *span(node), help, "E0017")
         numbers = [_number(at, node) for at in group]
         found = numbers[-1]
-        for place in range(len(said) - 2, -1, -1):
+        for place in range(len(members) - 2, -1, -1):
             better: list[ast.expr] = [
-                ast.copy_location(ast.Compare(said[place], [op()], [other]), node)
-                for other in said[place + 1 :]
+                ast.copy_location(ast.Compare(members[place], [op()], [other]), node)
+                for other in members[place + 1 :]
             ]
             test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
             found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
             found = ast.copy_location(found, node)
         return found
 
-    return made
+    return expand
 
 
 _COMPARED_NAMES = ("argmin", "argmax")

@@ -519,9 +519,9 @@ def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
         yield _head_mention("type", node, name)
         yield from (m for item in items for m in _plain_mention("frame", item))
     elif name in SHAPES:
-        for taken, item in zip(SHAPES[name].takes, items, strict=False):
-            if taken == "frame" or taken == "size":
-                yield from _plain_mention(taken, item)
+        for parameter, item in zip(SHAPES[name].takes, items, strict=False):
+            if parameter == "frame" or parameter == "size":
+                yield from _plain_mention(parameter, item)
             else:
                 yield from _in_type(item, types)
 

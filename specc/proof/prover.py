@@ -124,8 +124,11 @@ class Prover:
         The axioms are left out unless they are to be assumed.
         """
         formula = self._formula(condition)
-        for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            if self._is_satisfiable([asked], self._axioms if assuming else ()) is False:
+        for hypothesis, value in (
+            (formula, False),
+            (self._translator.make.negation(formula), True),
+        ):
+            if self._is_satisfiable([hypothesis], self._axioms if assuming else ()) is False:
                 return value
         return None
 
@@ -143,13 +146,13 @@ class Prover:
         """
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
-            asked = [*map(self._formula, context), negated]
-            possible = self._is_satisfiable(asked, self._axioms if assuming else ())
+            counterexample = [*map(self._formula, context), negated]
+            possible = self._is_satisfiable(counterexample, self._axioms if assuming else ())
             return None if possible is None else not possible
         translator = self._anywhere
-        said = [*context, *(self._axiom_conditions if moment == "functions" else ())]
+        premises = [*context, *(self._axiom_conditions if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = is_satisfiable([*map(translator.formula, said), negated])
+        possible = is_satisfiable([*map(translator.formula, premises), negated])
         return None if possible is None else not possible
 
     def reacts(self, condition: Expr, element: Input, member: str) -> bool:
@@ -213,10 +216,10 @@ class Prover:
     def _is_satisfiable(
         self, formulas: Iterable[Formula], axioms: Iterable[Formula]
     ) -> bool | None:
-        asked = (*formulas, *axioms)
-        if asked not in self._possible:
-            self._possible[asked] = is_satisfiable(asked)
-        return self._possible[asked]
+        conjunction = (*formulas, *axioms)
+        if conjunction not in self._possible:
+            self._possible[conjunction] = is_satisfiable(conjunction)
+        return self._possible[conjunction]
 
 
 def _with_freshness(decision: Decision, came: Iterable[Expr]) -> Decision:

@@ -175,13 +175,13 @@ class Translator:
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            asked = (
+            condition = (
                 (expr, holds)
                 if len(turns.at) == 1
                 else (self.timer.elapsed_condition("<", turn), True)
             )
             periods = Quantity("periods", (), True, 1.0)
-            before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
+            before = self.make.atom(Atom(periods, ("<", float(turn)), *condition))
             formula = self.make.choice(before, self.make.constant(holds), formula)
         return formula
 
@@ -267,17 +267,17 @@ class Translator:
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))
             if apart is not None:  # the distance of two floats is the same in both directions
-                asked, holds = _QUESTIONS[op]
+                comparison, holds = _QUESTIONS[op]
                 one, other = sorted(self._numbering.number(side, bound) for side in apart)
-                return Quantity("distance", (one, other), False, 0.0), (asked, y), holds
+                return Quantity("distance", (one, other), False, 0.0), (comparison, y), holds
         if y is None:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
             least, _ = self._numbering.range_of(left, bound)
             quantity = Quantity("value", (a,), whole, None if least == -math.inf else least)
-        asked, holds = _QUESTIONS[op]
-        return quantity, (asked, y), holds
+        comparison, holds = _QUESTIONS[op]
+        return quantity, (comparison, y), holds
 
     def _subtracted(self, expr: Expr) -> tuple[Expr, Expr] | None:
         """The two floats of which an expression is the difference."""

@@ -73,8 +73,10 @@ class Witness:
 
     def excludes_freshness(self, elements: Collection[InputName]) -> bool:
         """Whether it says that one of some inputs is not fresh."""
-        asked = (asked for asked, yes in self.answers if isinstance(asked, Fresh) and not yes)
-        return any(each.input.key in elements for each in asked)
+        return any(
+            isinstance(question, Fresh) and not yes and question.input.key in elements
+            for question, yes in self.answers
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from specc.search.situation import NO_VALUE, FreeVariables, Interpreter, Situati
 # What a witness is about: the inputs, memory, time and operators that its answers depend on.
 
 
-def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
+def leaves(exprs: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
     """The parts of expressions that a situation has values for, through lets, each once.
 
     Of a record its field; arguments of an operator do not count, its result does.
@@ -35,7 +35,7 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
     of_lets = InDependenceOrder(
         lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets)))
     )
-    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, of_lets)))
+    return iter(dict.fromkeys(leaf for expr in exprs for leaf in _leaves(expr, of_lets)))
 
 
 def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m.Expr]:
@@ -55,16 +55,16 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
 
 
-def is_complete_answer(asked: m.Expr) -> bool:
+def is_complete_answer(question: m.Expr) -> bool:
     """Whether the answer to a question determines the values it depends on."""
-    match asked:
+    match question:
         case m.Fresh() | m.Present():
             return True
         case m.IsOneOf(item=item, members=members):
             return len(members) == 1 and _is_path(item)
         case m.Compare(op="==", left=left, right=m.Member()):
             return _is_path(left)
-    return isinstance(asked.type, Bool) and (_is_path(asked) or isinstance(asked, m.Call))
+    return isinstance(question.type, Bool) and (_is_path(question) or isinstance(question, m.Call))
 
 
 def _is_path(expr: m.Expr) -> bool:
@@ -275,12 +275,14 @@ def _meets_strictly(meaning: Interpreter, goals: Sequence[Goal], at: Situation) 
 
 def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> Iterator[str]:
     read = {leaf.key: leaf for leaf in about if isinstance(leaf, m.Input)}
-    asked = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
+    tested_for_freshness = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
         match leaf:
             case m.Input():
                 value = value_text(at.inputs[leaf.key], leaf.type) if leaf.key in read else None
-                yield _describe_input(leaf, value, at, told=leaf.key in asked)
+                yield _describe_input(
+                    leaf, value, at, with_freshness=leaf.key in tested_for_freshness
+                )
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
@@ -304,13 +306,15 @@ def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
     return read.get(name, m.Input(*name, type=Bool()))
 
 
-def _describe_input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
-    """An input with its value, if any; that it is not fresh only if that is to be `told`."""
+def _describe_input(
+    element: m.Input, value: str | None, at: Situation, *, with_freshness: bool
+) -> str:
+    """An input with its value, if any; that it is not fresh only `with_freshness`."""
     name, shown = element.key, f"`{show(element)}`"
     if name not in at.present:
         return f"{shown} absent"
     if name in at.fresh:
         return f"{shown} fresh{f' = {value}' if value else ''}"
     if value:
-        return f"{shown} = {value}{' (not fresh)' if told else ''}"
-    return f"{shown} {'not fresh' if told else 'there'}"
+        return f"{shown} = {value}{' (not fresh)' if with_freshness else ''}"
+    return f"{shown} {'not fresh' if with_freshness else 'there'}"

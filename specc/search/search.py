@@ -334,10 +334,10 @@ def refutation_goals(
     given += [(axiom.that, True) for axiom in subsystem.axioms]
     given += answers
     rows = [row.condition.when for _, row in subsystem.rows(state, cause)]
-    held = [(when, index in holding) for index, when in enumerate(rows)]
-    yield _runnable([*given, *held])
+    row_goals = [(when, index in holding) for index, when in enumerate(rows)]
+    yield _runnable([*given, *row_goals])
     if len(rows) > len(holding) > 0:
-        yield _runnable([*given, *(goal for goal in held if goal[1])])
+        yield _runnable([*given, *(goal for goal in row_goals if goal[1])])
 
 
 def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:

@@ -100,8 +100,8 @@ class Conditions(Terms):
         sides = map(self._numbering.resolve, children(condition))
         term = self.periods() < int(turn)
         if isinstance(condition, Compare) and all(isinstance(s, (Clock, Number)) for s in sides):
-            said = self.boolean(condition)
-            self.laws.append(term == (said if holds_if else z3.Not(said)))
+            comparison = self.boolean(condition)
+            self.laws.append(term == (comparison if holds_if else z3.Not(comparison)))
         return term
 
     def _fact(self, expr: Expr) -> Any:
@@ -183,10 +183,10 @@ class Conditions(Terms):
         for index, holds in enumerate(self._instances(expr, over, last)):
             there = length > index
             parts.append(z3.And(there, holds) if expr.kind == "any" else z3.Implies(there, holds))
-        said = _joined(expr, parts)
+        formula = _joined(expr, parts)
         if self._numbering.number(expr) in quantifiers:
-            return said
-        return z3.If(length <= len(quantifiers), said, self.unknown(expr))
+            return formula
+        return z3.If(length <= len(quantifiers), formula, self.unknown(expr))
 
     def _instances(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
         """The body said of some items."""

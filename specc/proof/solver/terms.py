@@ -232,8 +232,8 @@ class Terms:
         result = SIGNS[expr.op].value(z3.ToReal(a) if whole and expr.op == "/" else a, b)
         if isinstance(expr.type, Int):
             return result
-        kept = expr.op == "*" and factor in _EXACT_FACTORS
-        return self.rounding.rounded(key, result, is_exact=kept, is_sum=expr.op in "+-")
+        is_exact = expr.op == "*" and factor in _EXACT_FACTORS
+        return self.rounding.rounded(key, result, is_exact=is_exact, is_sum=expr.op in "+-")
 
     def as_float(self, expr: Expr) -> Any:
         """The term of a number converted to a float."""

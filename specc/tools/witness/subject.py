@@ -38,13 +38,15 @@ def isolated(system: System, name: str) -> System:
     for agent in system.agents:
         for subsystem in agent.subsystems:
             if subsystem.qualified_name == name:
-                kept = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
+                reduced_agent = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
                 names = Namespace()
                 operators = tuple(
                     replace(operator, python=f"{OPERATORS}:{names.new(operator.name)}")
                     for operator in (*system.operators, *_stand_ins(subsystem))
                 )
-                return replace(system, operators=operators, agents=(kept,), plant=None, task=None)
+                return replace(
+                    system, operators=operators, agents=(reduced_agent,), plant=None, task=None
+                )
     raise KeyError(name)
 
 
@@ -166,12 +168,12 @@ def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
 
 def _of_absence(machine: Machine) -> Iterator[Refutation]:
     """E0701 to E0704, once for each input and state."""
-    told = set()
+    reported = set()
     subsystem = machine.subsystem
     for absence in sorted(absences(machine), key=lambda absence: absence.code):
         state, name = absence.state or subsystem.initial_state, absence.reading.input.key
-        if (absence.code, state, name) not in told:
-            told.add((absence.code, state, name))
+        if (absence.code, state, name) not in reported:
+            reported.add((absence.code, state, name))
             input_ = f"`x.{name[0]}.{name[1]}`"
             words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
             owner = subsystem.qualified_name
