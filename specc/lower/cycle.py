@@ -92,7 +92,7 @@ WIDTH = 88
 
 
 class Writer:
-    """Writes the body of one method, which evaluates the terms `asked`.
+    """Writes the body of one method, which evaluates `terms`.
 
     A value that is needed again has a local: it is assigned where it is evaluated in any case;
     behind a guard a function computes it when it is first asked for.

@@ -172,7 +172,7 @@ class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 
     `holds_if` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
-    An `unsure` one may have other answers in a run than proofs take to be possible.
+    An uncertain one may have other answers in a run than proofs take to be possible.
     """
 
     variable: Variable

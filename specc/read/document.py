@@ -254,7 +254,7 @@ _LINE_END = re.compile(r"\r|\n|$")
 class Comment:
     """A comment with its `#`, by offsets into the text.
 
-    `alone` says that nothing but white space stands before it on its line.
+    If it `is_whole_line`, only white space stands before it on its line.
     """
 
     start: int

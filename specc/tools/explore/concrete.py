@@ -276,7 +276,7 @@ def _candidates(
 
 
 class _Expected:
-    """The expected steps of a trace. `kept` are the moments of the last run."""
+    """The expected steps of a trace. `snapshots` are those of the last run, by tick."""
 
     def __init__(self, way: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal

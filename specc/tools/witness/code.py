@@ -101,7 +101,7 @@ def to_runtime(value: Value, type_: Type) -> Value:
 
 
 def from_runtime(value: Value) -> Value:
-    """What `for_run` made its result of."""
+    """The value that `to_runtime` made its argument into."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (tuple, list)):
@@ -117,7 +117,7 @@ def from_runtime(value: Value) -> Value:
 class SubsystemCode:
     """The generated code of one subsystem, with scripted results of operators.
 
-    `alone` is the system that consists of the subsystem.
+    `system` consists of the subsystem only.
     """
 
     def __init__(self, system: System, subsystem: str, scratch: Path) -> None:
