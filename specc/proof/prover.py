@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Literal
 
-from specc.model.expr import Expr, Input, children
+from specc.model.expr import Expr, Input, children, junction, opposite
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
@@ -16,7 +16,6 @@ from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
-from specc.proof.witness import excluding
 from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
@@ -238,5 +237,6 @@ def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
         return decision
     one = overlap.repaired
     (other,) = (index for index in overlap.holding if index != one)
-    repair = excluding(rows[one].condition.when, rows[other].condition.when)
+    excluded = opposite(rows[other].condition.when)
+    repair = junction("and", [rows[one].condition.when, excluded])
     return replace(decision, overlap=replace(overlap, repair=repair))

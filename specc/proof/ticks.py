@@ -115,8 +115,12 @@ class Ticks:
             for one in operators:
                 for other in operators:  # `one` reaches no further the same way
                     same = one is not other and one.op == other.op != "since"
-                    if same and one.span_s <= other.span_s:
-                        yield self._implication(one, other)
+                    if (
+                        same
+                        and one.span_s <= other.span_s
+                        and self.follows(other.operands[0], one.operands[0])
+                    ):
+                        yield self.make.disjunction([self.make.negation(one.flag), other.flag])
 
     def _operators_in(self, formulas: Sequence[Formula]) -> list[_TemporalFlag]:
         """The temporal operators in formulas, nested ones included."""
@@ -137,9 +141,3 @@ class Ticks:
             yield self.make.disjunction([self.make.negation(each.flag), *each.operands])
         if not self.is_possible(begun):
             yield self.make.negation(each.flag)
-
-    def _implication(self, one: _TemporalFlag, other: _TemporalFlag) -> Formula:
-        """`one` implies `other`, if that follows; otherwise true."""
-        if not self.follows(other.operands[0], one.operands[0]):
-            return self.make.true
-        return self.make.disjunction([self.make.negation(one.flag), other.flag])

@@ -228,18 +228,14 @@ class Translator:
             if not isinstance(value, Choice):
                 known[number(open_.pop())] = formula_of(value)
                 continue
-            arms = self._arms(value)
+            # An integer beside a real becomes a float.
+            arms = [_as_float(self._resolve(a), value.type) for a in (value.then, value.otherwise)]
             if missing := [arm for arm in arms if number(arm) not in known]:
                 open_ += missing
             else:
                 both = (known[number(arm)] for arm in arms)
                 known[number(open_.pop())] = self.make.choice(self._bool(value.test, bound), *both)
         return known[number(choice)]
-
-    def _arms(self, choice: Choice) -> tuple[Expr, Expr]:
-        """The values that a choice is one of: an integer beside a real becomes a float."""
-        then, otherwise = (self._resolve(arm) for arm in (choice.then, choice.otherwise))
-        return _as_float(then, choice.type), _as_float(otherwise, choice.type)
 
     def _question(
         self, op: str, left: Expr, right: Expr, bound: Depths

@@ -51,11 +51,6 @@ def condition_for(
     return junction("or", found) if found else None
 
 
-def excluding(condition: Expr, other: Expr) -> Expr:
-    """The condition without what another one has in common with it."""
-    return junction("and", [condition, opposite(other)])
-
-
 def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
     """A minimal subset of the literals that excludes all forbidden combinations."""
     minimal = list(literals)

@@ -76,7 +76,9 @@ class Conditions(Terms):
         known = self._numbering.constant_value(key)
         if isinstance(known, bool):
             return z3.BoolVal(known)
-        parts = [self.boolean(part) for part in children(expr)] if _is_joint(expr) else []
+        is_negation = isinstance(expr, Unary) and expr.op == "not"
+        is_compound = isinstance(expr, (Logic, Choice)) or is_negation
+        parts = [self.boolean(part) for part in children(expr)] if is_compound else []
         match expr:
             case Unary():
                 term = z3.Not(*parts)
@@ -220,11 +222,6 @@ class Conditions(Terms):
 
 def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:
     return z3.Or(parts) if quantifier.kind == "any" else z3.And(parts)
-
-
-def _is_joint(expr: Expr) -> bool:
-    """Whether the parts of a condition are conditions."""
-    return isinstance(expr, (Logic, Choice)) or (isinstance(expr, Unary) and expr.op == "not")
 
 
 def arrived(peer: str, element: str, test: str) -> Any:
