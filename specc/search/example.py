@@ -176,9 +176,10 @@ def value_text(value: Value, type_: Type) -> str | None:
         return _scalar(value, type_)
     inside = kind(type_).map_parts(type_, value, lambda part, item: value_text(item, part))
     if isinstance(inside, tuple):
-        return _items(inside)
+        return None if None in inside else _listed(inside)
     if isinstance(inside, Fields):
-        return _record(list(inside))
+        known = [f"{name}: {text}" for name, text in inside if text is not None]
+        return f"{{{', '.join(known)}}}" if known else None
     return inside if isinstance(inside, str) else None
 
 
@@ -203,11 +204,6 @@ def unit(type_: Type) -> str:
     return "".join(f" {unit.coherent()}" for unit in alone if unit != DIMENSIONLESS)
 
 
-def _items(items: Sequence[str | None]) -> str | None:
-    known = [item for item in items if item is not None]
-    return _listed(known) if len(known) == len(items) else None
-
-
 def _listed(items: Sequence[str]) -> str:
     """All items; of very many the usual one and those that differ, or the first ones."""
     if len(items) <= MOST_ITEMS:
@@ -217,11 +213,6 @@ def _listed(items: Sequence[str]) -> str:
     if len(others) <= MOST_OTHERS:
         return " and ".join([f"[{usual}, {usual}, ...]", *others])
     return f"[{', '.join(items[:MOST_ITEMS])}, ...]"
-
-
-def _record(fields: Sequence[tuple[str, str | None]]) -> str | None:
-    known = [f"{name}: {text}" for name, text in fields if text is not None]
-    return f"{{{', '.join(known)}}}" if known else None
 
 
 def _pose(rows: Value) -> str:
@@ -286,16 +277,11 @@ def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> I
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
-                yield from _describe_value(leaf, meaning, at)
-
-
-def _describe_value(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterator[str]:
-    """What memory or an operator gives; nothing where it has no value, and so does not matter."""
-    try:
-        text = value_text(meaning.value(leaf, at), leaf.type)
-    except NO_VALUE:
-        return
-    yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
+                try:
+                    text = value_text(meaning.value(leaf, at), leaf.type)
+                except NO_VALUE:
+                    continue  # without a value it does not matter
+                yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
