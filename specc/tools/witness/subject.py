@@ -10,8 +10,6 @@ from specc.analysis import Facts, Machine, RowVerdictAt
 from specc.analysis.must_may import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
-from specc.emit import fill_templates
-from specc.lower import lower
 from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition, Trace, Transition
@@ -48,11 +46,6 @@ def isolated(system: System, name: str) -> System:
                     system, operators=operators, agents=(reduced_agent,), plant=None, task=None
                 )
     raise KeyError(name)
-
-
-def generate_checked(system: System) -> dict[str, str]:
-    """Generated code of a system that checks all rows while it runs, by path in its package."""
-    return fill_templates(lower(system, None, stand_ins=True))
 
 
 def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
