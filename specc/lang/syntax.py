@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, TypeGuard
+from typing import Literal
 
 from specc.diagnostics import nearest
 from specc.lang.builtins import BUILTIN_NAMES
@@ -160,7 +160,7 @@ class _Expander(ast.NodeTransformer):
         group = self.group(over)
         if group is None:
             return self.generic_visit(node)
-        at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and _is_whole(n.value))
+        at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and type(n.value) is int)
         if at not in group or len(at) < len(numbers):
             known = ["][".join(map(str, one)) for one in group][:_MAX_SHOWN]
             shown = quoted(f"[{one}]" for one in known) + (
@@ -220,10 +220,6 @@ class _Expander(ast.NodeTransformer):
 _MAX_SHOWN = 8
 _PART_COST = 4
 """Parts that one counts for which is written out: checks look at it as if it stood in the text."""
-
-
-def _is_whole(value: object) -> TypeGuard[int]:
-    return type(value) is int
 
 
 @dataclass(eq=False, slots=True)
