@@ -13,7 +13,6 @@ from specc.analysis.rates import base_tick
 from specc.analysis.ros2 import (
     MessageTypeMismatch,
     frames_of,
-    named_frames,
     part_of,
     published_value,
     short,
@@ -96,7 +95,8 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
         return ""
-    frames = named_frames(part, type_, ros2)
+    known = dict(ros2.frames)
+    frames = tuple((at, known[f]) for at, f in frames_of(part, type_) if at and f in known)
     options = {
         "path": part.path,
         "commanded": bound.is_commanded,
