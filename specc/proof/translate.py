@@ -312,18 +312,14 @@ class Translator:
             return self._ask(variable, frozenset((known_y,)), comparison, holds)
         if isinstance(a.type, Enum):
             items = EnumItem(x, a.type.members, a), EnumItem(y, a.type.members, b)
-            return self._same_item(items, holds)
+            same = self.make.disjunction(
+                self.make.conjunction(self.make.atom(Atom(item, test)) for item in items)
+                for test in (frozenset((member,)) for member in a.type.members)
+            )
+            return same if holds else self.make.negation(same)
         if known_y is not None:
             return self._ask(Label(x), known_y, comparison, holds)
         return self._ask(Flag(self._numbering.pair(x, y)), None, comparison, holds)
-
-    def _same_item(self, items: tuple[EnumItem, EnumItem], holds: bool) -> Formula:
-        """Whether two items of an enum are the same member, whichever it is."""
-        same = self.make.disjunction(
-            self.make.conjunction(self.make.atom(Atom(item, test)) for item in items)
-            for test in (frozenset((member,)) for member in items[0].members)
-        )
-        return same if holds else self.make.negation(same)
 
     def _among(self, among: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
         item = self._resolve(item)
