@@ -20,8 +20,8 @@ from tempfile import TemporaryDirectory
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench.harness.tables import table
-from specc.tools.sweep.running import SweepJob, Workspace, enter, leave, perform
-from specc.tools.sweep.sweeping import bundled, inputs_of
+from specc.tools.sweep.running import SweepJob, Workspace, close_workspace, open_workspace, run_job
+from specc.tools.sweep.sweeping import bundle_of, inputs_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEC = ROOT / "specs" / "conveyor_gate.yaml"
@@ -50,14 +50,14 @@ def alone(folder: Path, seeds: range) -> float:
     assert built.result.system is not None
     inputs = inputs_of(str(SPEC), built.result.sources, built.result.system)
     code = {f"{built.system}/{name}": text for name, text in built.files.items()}
-    enter("alone", Workspace(folder, bundled(code, inputs)))
+    open_workspace("alone", Workspace(folder, bundle_of(code, inputs)))
     jobs = [SweepJob("alone", built.system, {}, seed, _EXTENT, 600.0) for seed in seeds]
-    perform(jobs[0])
+    run_job(jobs[0])
     begun_s = time.perf_counter()
     for job in jobs:
-        perform(job)
+        run_job(job)
     took_s = time.perf_counter() - begun_s
-    leave("alone")
+    close_workspace("alone")
     return took_s
 
 

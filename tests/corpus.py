@@ -84,13 +84,13 @@ def examples_show_what_is_found(subject: Subject) -> None:
 def a_run_is_planned_to_each_error(subject: Subject) -> None:
     """No specification is too odd for `specc witness`."""
     from specc.tools.witness.code import SubsystemCode
-    from specc.tools.witness.plan import planned
+    from specc.tools.witness.plan import plan_script
     from specc.tools.witness.subject import refutations
 
     facts = subject.result.proofs
     for refutation in refutations(facts) if facts is not None else ():
         with TemporaryDirectory() as scratch:
-            planned(
+            plan_script(
                 SubsystemCode(facts.system, refutation.subsystem, Path(scratch)), facts, refutation
             )
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from specc.analysis.definite_assignment import always_present
-from specc.analysis.facts import Facts
-from specc.analysis.machine import RowVerdictAt
+from specc.analysis.machine import Machine, RowVerdictAt
 from specc.analysis.must_may import gap_view, is_incomplete, must_view
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
-from specc.model.system import Subsystem
+from specc.model.system import Subsystem, System
 from specc.model.types import Type, Vector
+from specc.model.wires import Wires
 from specc.proof import Witness
+from specc.proof.prover import with_repair
 from specc.search import (
     NO_VALUE,
     FreeVariables,
@@ -23,9 +25,10 @@ from specc.search import (
     Interpreter,
     SearchBudget,
     Situation,
-    showing,
+    refutation_goals,
+    runnable,
 )
-from specc.search.example import Example, example, says_all
+from specc.search.example import Example, example, is_complete_answer
 
 # Finding values that show what was refuted of rows.
 
@@ -41,8 +44,12 @@ LARGE = 200
 class Examples:
     """Examples for the findings of one check."""
 
-    def __init__(self, facts: Facts) -> None:
-        self._facts = facts
+    def __init__(
+        self, system: System, wires: Wires, machine_of: Callable[[Subsystem], Machine]
+    ) -> None:
+        self._system = system
+        self._wires = wires
+        self._machine_of = machine_of
         self._budget = SearchBudget(MOST_IN_ALL)
         self._interpreters: dict[str, Interpreter] = {}
         self._found: dict[object, Example | None] = {}
@@ -54,12 +61,50 @@ class Examples:
         of that already.
         """
         is_said = witness.everywhere is None
-        if is_said and all(says_all(asked) for asked, _ in witness.answers):
+        if is_said and all(is_complete_answer(asked) for asked, _ in witness.answers):
             return ""
         found = self.find(decided.subsystem, decided.state, decided.cause, witness)
         if found:
             return found.text
         return "" if is_said else facts
+
+    def confirm(self, decided: RowVerdictAt) -> RowVerdictAt:
+        """A verdict that tables leave open, with the refutations that some values show."""
+        verdict = decided.verdict
+        if verdict.decision.open is None or not verdict.rows:
+            return decided
+        gap = self._shown(decided, ())
+        pairs = combinations(range(len(verdict.rows)), 2)
+        overlap = next(filter(None, (self._shown(decided, pair) for pair in pairs)), None)
+        if not gap and not overlap:
+            return decided
+        if overlap:
+            able = (i for i in reversed(overlap.holding) if self._shown(decided, (i,)))
+            overlap = replace(overlap, repaired=next(able, None))
+        refuted = replace(verdict.decision, gap=gap, overlap=overlap, unknown="", open=None)
+        repaired = with_repair(refuted, verdict.rows)
+        return replace(decided, verdict=replace(verdict, decision=repaired))
+
+    def _shown(self, decided: RowVerdictAt, holding: tuple[int, ...]) -> Witness | None:
+        """A witness that just these rows, by their indices, apply, or two of them and others."""
+        open_ = decided.verdict.decision.open
+        assert open_ is not None  # it is confirmed
+        of = decided.subsystem, decided.state, decided.cause
+        found = self.find(*of, Witness((), holding))
+        if found is None:
+            return None
+        meaning = self._interpreters[decided.subsystem.qualified_name]
+
+        def value(expr: Expr) -> Value:
+            try:
+                return meaning.value(runnable(expr), found.situation)
+            except NO_VALUE:
+                return None
+
+        rows = decided.verdict.rows
+        if len(holding) == 1 and sum(bool(value(row.condition.when)) for row in rows) > 1:
+            return None
+        return open_.witness_of(value, holding)
 
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
@@ -70,9 +115,9 @@ class Examples:
         """
         name = subsystem.qualified_name
         if name not in self._interpreters:
-            self._interpreters[name] = Interpreter(self._facts.system, subsystem)
+            self._interpreters[name] = Interpreter(self._system, subsystem)
         meaning = self._interpreters[name]
-        machine = self._facts.of(subsystem)
+        machine = self._machine_of(subsystem)
         seen, given = subsystem, [(fact, True) for fact in machine.invariants]
         if is_incomplete(
             subsystem, state, cause
@@ -80,8 +125,8 @@ class Examples:
             seen, given = (must_view if witness.holding else gap_view)(cause).of(subsystem), []
         about = tuple(expr for expr, _ in witness.answers)
         answers = *witness.answers, *given
-        every = tuple(showing(seen, state.name, cause, witness.holding, answers))
-        always = always_present(subsystem, self._facts.wires)
+        every = tuple(refutation_goals(seen, state.name, cause, witness.holding, answers))
+        always = always_present(subsystem, self._wires)
         present = machine.presence.in_conditions(state.name) | always
         key = name, every, about, present
         if key not in self._found:
@@ -96,7 +141,7 @@ class Examples:
         meaning: Interpreter,
         freedom: FreeVariables,
     ) -> Example | None:
-        if self._budget.left <= 0:
+        if self._budget.remaining <= 0:
             return None
         self._budget.spend(EACH)
         most = MOST
@@ -109,7 +154,7 @@ class Examples:
                     value = _value(meaning, item.init, item.type, at)
                     at = replace(at, memory={**at.memory, item.name: value})
                 start = replace(at, periods=1)
-                with self._budget.some(most // size) as budget:
+                with self._budget.share(most // size) as budget:
                     found = example(goals, about, meaning, start, freedom, budget)
                 if found:
                     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from specc.analysis.assumption_checker import AssumptionChecker
 from specc.analysis.dataflow import Ages, DataFlow, InputNode
@@ -38,8 +38,10 @@ from specc.model.system import PLANT, Constant, Element, Subsystem, System
 from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks
-from specc.proof.decide import Sessions
 from specc.reachable import reachable
+
+if TYPE_CHECKING:
+    from specc.analysis.examples import Examples
 
 
 class Facts:
@@ -58,7 +60,6 @@ class Facts:
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
-        self._sessions = Sessions()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
 
@@ -76,7 +77,7 @@ class Facts:
         named = (node.name for node in nodes(subsystem) if isinstance(node, ConstantRef))
         found = reachable(named, self._named_by)
         constants = {name: constant for name, constant in self._constants.items() if name in found}
-        return Machine(subsystem, constants, arrivals, faulty=faulty, sessions=self._sessions)
+        return Machine(subsystem, constants, arrivals, faulty=faulty)
 
     def of(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem without errors."""
@@ -97,10 +98,22 @@ class Facts:
         """The consistent ones that have no unknowns, and rows for all states that end."""
         return tuple(machine for machine in self.machines if machine.is_complete)
 
-    def row_verdicts(self) -> Iterator[RowVerdictAt]:
-        """The verdicts about every state and cause of the consistent ones."""
-        for machine in self.consistent_machines:
-            yield from machine.row_verdicts
+    @cached_property
+    def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
+        """The verdicts about every state and cause of the consistent ones.
+
+        What tables leave open is refuted where a search finds values that show it.
+        """
+        verdicts = [each for machine in self.consistent_machines for each in machine.row_verdicts]
+        if all(each.verdict.decision.open is None for each in verdicts):
+            return tuple(verdicts)
+        return tuple(map(self.examples().confirm, verdicts))
+
+    def examples(self) -> Examples:
+        """A new search for examples of refutations."""
+        from specc.analysis.examples import Examples  # not needed unless something is found
+
+        return Examples(self.system, self.wires, self.of)
 
     def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
         """Whether exactly one row of a state and cause applies whenever that cause occurs.
@@ -140,13 +153,6 @@ class Facts:
             self.system, {m.subsystem.qualified_name: m for m in self.complete_machines}
         )
         return Ticks({name: c.value for name, c in self._constants.items()}, known)
-
-    def release(self) -> None:
-        """Let go of the memory of solvers, tens of MB for each subsystem; answers stay."""
-        for machine in self.machines:
-            machine.release()
-        if "ticks" in self.__dict__:
-            self.ticks.release()
 
     # What goes on between machines, and between them and the plant.
 

@@ -18,7 +18,6 @@ from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.proof import InputName, Prover, RowVerdict, Witness
-from specc.proof.decide import Sessions
 from specc.reachable import grouped
 
 
@@ -69,7 +68,6 @@ class Machine:
         arrivals: Availability,
         *,
         faulty: bool = False,
-        sessions: Sessions | None = None,
     ) -> None:
         """`constants` that the subsystem names have values; they are in order of dependence.
 
@@ -79,9 +77,7 @@ class Machine:
         self.availability = arrivals
         self.faulty = faulty
         self._constants = constants
-        self._sessions = sessions
         self._constant_values: dict[int, bool | None] = {}
-        self._provers: list[Prover] = []
 
     # What it is made of.
 
@@ -113,13 +109,7 @@ class Machine:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
         values = {name: constant.value for name, constant in known.items()}
-        self._provers.append(Prover(subsystem, values, self.availability.declared, self._sessions))
-        return self._provers[-1]
-
-    def release(self) -> None:
-        """Let go of the memory of solvers."""
-        for prover in self._provers:
-            prover.release()
+        return Prover(subsystem, values, self.availability.declared)
 
     @cached_property
     def must_may(self) -> MustMayAnalysis:
@@ -159,7 +149,7 @@ class Machine:
         if isinstance(expr.type, Bool) or isinstance(expr, Input):
             yield expr
         else:
-            value = self.prover.numbering.looked_through(expr)
+            value = self.prover.numbering.resolve(expr)
             for part in children(expr) if value is expr else (value,):
                 yield from self._conditions_on(part, key)
 
@@ -234,7 +224,7 @@ class Machine:
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
         if not verdict.proved:
-            invariants = self.prover.related(state, cause, self.invariants)
+            invariants = self.prover.related_facts(state, cause, self.invariants)
             if invariants:
                 known = prove(fresh=fresh, invariants=invariants)
                 verdict = verdict.refuted_by(known.decision)
@@ -314,7 +304,7 @@ class Machine:
             is_given = any(constant.name in named for constant in self.subsystem.constants)
             prover = self.generic_prover if is_given else self.prover
             is_intended = isinstance(condition.when, Truth)
-            value = None if is_intended else prover.constant(condition.when, by_tables=is_given)
+            value = None if is_intended else prover.constant(condition.when, assuming=not is_given)
             self._constant_values[key] = value
         return self._constant_values[key]
 

@@ -136,7 +136,7 @@ class MustMayAnalysis:
         )
         if known.possible != all_.possible:
             return None
-        decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
+        decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="", open=None)
         return RowVerdict(_rows(self._subsystem, state, cause), decision)
 
     def overlap(

@@ -93,7 +93,11 @@ class StateTiming:
         if ending is None:
             return
         ended_by = tuple(compress(conditions, ending.by))
-        end = ending.end_s, ended_by, any(self._prover.timer.turning(end.when) for end in ended_by)
+        end = (
+            ending.end_s,
+            ended_by,
+            any(self._prover.timer.turning_periods(end.when) for end in ended_by),
+        )
         for cause, condition in behaviour.endings:
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
@@ -109,7 +113,9 @@ class StateTiming:
     def _timed_conditions(self) -> set[int]:
         """The conditions with a part that time alone decides, by identity."""
         conditions = self._subsystem.exit_conditions
-        return {id(each.when) for each in conditions if self._prover.timer.turning(each.when)}
+        return {
+            id(each.when) for each in conditions if self._prover.timer.turning_periods(each.when)
+        }
 
     def _excludes(self, ending: _Ending, cause: Cause, initial: Condition | None) -> bool:
         """Whether a state is over before a cause can end it with an initial condition."""
@@ -146,12 +152,14 @@ class StateTiming:
     def _found(self, behaviour: Behaviour) -> _Ending | None:
         error, terminal = behaviour.error, behaviour.terminal
         either = junction("or", (error.when, terminal.when))
-        for periods in sorted({1, *sorted(self._prover.timer.turning(either))[:_MOST_TURNS]}):
-            now = self._prover.timer.lasted("==", periods)
+        for periods in sorted(
+            {1, *sorted(self._prover.timer.turning_periods(either))[:_MOST_TURNS]}
+        ):
+            now = self._prover.timer.elapsed_condition("==", periods)
             if self._prover.implies([now], either):
                 by_error = self._prover.implies([now], error.when)
                 by_terminal = not by_error and self._prover.implies([now], terminal.when)
-                by_then = self._prover.timer.lasted("<=", periods)
+                by_then = self._prover.timer.elapsed_condition("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
                     (not by_terminal, not by_error),

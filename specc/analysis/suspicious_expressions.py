@@ -339,7 +339,7 @@ class SuspiciousExpressions:
 
     def _check_difference(self, text: ExpressionText, comparison: Compare) -> None:
         """`abs(a - b) < 360[deg]`, or of a component of a difference."""
-        through, left, right = self._numbering.looked_through, comparison.left, comparison.right
+        through, left, right = self._numbering.resolve, comparison.left, comparison.right
         for side, limit in ((left, right), (right, left)):
             size = through(side)
             if isinstance(size, Builtin) and FUNCTIONS[size.name].is_size:
@@ -396,7 +396,7 @@ class SuspiciousExpressions:
 
     def _answer(self, test: Expr) -> Answer:
         """The truth of a condition, as far as constants decide it."""
-        value = self._numbering.value(self._numbering.number(test))
+        value = self._numbering.constant_value(self._numbering.number(test))
         least, greatest = range_of(test, self._known)
         if isinstance(value, bool) or least == greatest:
             return "yes" if (value if isinstance(value, bool) else least) else "no"
@@ -422,7 +422,7 @@ class SuspiciousExpressions:
     def _value(self, expr: Expr) -> float | None:
         if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):
             return self._value(text_of(named).expr)
-        return self._numbering.known(expr)
+        return self._numbering.constant_number(expr)
 
     def _origin(self, text: ExpressionText, expr: Expr) -> tuple[ExpressionText, Expr]:
         """Where what an expression names was written down."""

@@ -93,7 +93,11 @@ class MemoryBounds:
         computed = (part for part in _parts(every) if isinstance(part, Binary))
         operands = chain.from_iterable(map(children, computed))
         named, steps = (
-            {ranges.range_of_value(n)[0] for n in map(numbering.known, parts) if n is not None}
+            {
+                ranges.range_of_value(n)[0]
+                for n in map(numbering.constant_number, parts)
+                if n is not None
+            }
             for parts in (_parts(every), operands)
         )
         if len(named) * len(steps) <= _MOST_ENDS:
@@ -143,7 +147,7 @@ class MemoryBounds:
         self._budget -= 1
         if self._budget < 0:
             return ANY
-        if (value := self._numbering.known(expr)) is not None:
+        if (value := self._numbering.constant_number(expr)) is not None:
             return ranges.range_of_value(value)
         match expr:
             case MemoryRef() | LetRef():
@@ -158,7 +162,7 @@ class MemoryBounds:
         """The bounds where a condition holds; unchanged where it never does."""
         found = dict(now)
         self._budget -= len(now)
-        for part in conjuncts(self._numbering.looked_through(condition)):
+        for part in conjuncts(self._numbering.resolve(condition)):
             if isinstance(part, Unary) and isinstance(part.operand, Compare):
                 part = opposite(part.operand)
             if isinstance(part, Compare):
@@ -263,7 +267,7 @@ class ValueRanges:
             case MemoryRef(name=name):
                 return self._assigned.get(name, ())
             case LetRef() | ConstantRef():
-                named = self._numbering.looked_through(expr)
+                named = self._numbering.resolve(expr)
                 return () if named is expr else (named,)
             case Choice(then=then, otherwise=otherwise):
                 return then, otherwise

@@ -155,7 +155,6 @@ def run_checks(
     if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _dead_in_all_uses(found, facts)
-    facts.release()
     return found, facts
 
 

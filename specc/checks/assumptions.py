@@ -107,7 +107,7 @@ def _decided(machine: Machine, state: str, cause: Cause, without: int | None) ->
     prove = partial(machine.prover.prove_rows, state, cause, without=without)
     before = prove().decision
     # What peers always send, at present, is left aside: it may well be said as an assumption.
-    invariants = machine.prover.related(state, cause, machine.invariants)
+    invariants = machine.prover.related_facts(state, cause, machine.invariants)
     present = machine.presence.in_conditions(state)
     after = prove(present=present, invariants=invariants).decision
     several = after.overlap.holding if after.overlap else ()

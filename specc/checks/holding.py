@@ -222,7 +222,7 @@ class _Relay:
     def _results(self, value: Expr) -> Iterator[Expr]:
         """The possible results of a value while nothing new arrives, through choices."""
         missing = {id(part): why for part, why, _ in self._guards.parts(value, frozenset())}
-        through = self._machine.prover.numbering.looked_through
+        through = self._machine.prover.numbering.resolve
         pending = [value]
         for result in map(through, pending):  # it grows
             if isinstance(result, Choice):
@@ -295,7 +295,7 @@ class RetainedOutputs:
 
     def _may_move(self, value: Expr) -> bool:
         """Whether a value may be other than zero or None."""
-        value = self._machine.prover.numbering.looked_through(value)
+        value = self._machine.prover.numbering.resolve(value)
         if isinstance(value, Items):
             return any(map(self._may_move, value.items))
         zero = isinstance(value, Nothing | Unused)

@@ -34,18 +34,18 @@ from specc.reachable import reachable
 def _counts(machine: Machine, value: Expr, counter: str) -> bool | None:
     """Whether a value increments memory; False if it is that memory, None if it is another."""
     numbering = machine.prover.numbering
-    match numbering.looked_through(value):
+    match numbering.resolve(value):
         case MemoryRef(name=name) if name == counter:
             return False
         case Binary(op="+", left=left, right=right):
             for one, other in ((left, right), (right, left)):
-                if (step := numbering.known(other)) is not None and step > 0:
+                if (step := numbering.constant_number(other)) is not None and step > 0:
                     return None if _counts(machine, one, counter) is None else True
         case Choice(then=then, otherwise=otherwise):
             branches = [_counts(machine, branch, counter) for branch in (then, otherwise)]
             return None if None in branches else any(branches)
         case Builtin(name=name, args=args) if FUNCTIONS[name].picks:  # it stops at a number
-            unknown = [arg for arg in args if numbering.known(arg) is None]
+            unknown = [arg for arg in args if numbering.constant_number(arg) is None]
             return _counts(machine, unknown[0], counter) if len(unknown) == 1 else None
     return None
 
@@ -71,7 +71,7 @@ class _Limit:
 
 def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
     """The limits that conditions of a state set to a counter, directly or through lets."""
-    through = machine.prover.numbering.looked_through
+    through = machine.prover.numbering.resolve
     behaviour = state.behaviour
     rows = [row for row in machine.subsystem.transitions if row.source == state.name]
     for condition in (behaviour.error, behaviour.terminal, *(row.condition for row in rows)):
@@ -83,7 +83,7 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
 
 def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None:
     """The condition that a counter has reached a constant limit."""
-    through = machine.prover.numbering.looked_through
+    through = machine.prover.numbering.resolve
     sides = (
         (comparison.left, comparison.right, comparison.op),
         (comparison.right, comparison.left, MIRRORED[comparison.op]),
@@ -178,7 +178,7 @@ def lists_end(facts: Facts) -> Iterator[Diagnostic]:
 
 def _only_grows(machine: Machine, item: Memory) -> bool:
     """Whether functions only append to memory, again and again, and no condition reads it."""
-    through, subsystem = machine.prover.numbering.looked_through, machine.subsystem
+    through, subsystem = machine.prover.numbering.resolve, machine.subsystem
     written = subsystem.assigned_values.get(("", item.name), {})
     values = [through(value) for each in written.values() for value in each]
     read = machine.dependences.all(condition.when for condition in subsystem.exit_conditions)

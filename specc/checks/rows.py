@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.examples import Examples
 from specc.analysis.path_conditions import as_conditions
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
@@ -14,7 +13,7 @@ from specc.lang import show
 from specc.model.expr import Call, source_name, walk
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
 from specc.model.system import Subsystem
-from specc.proof import Witness
+from specc.proof import SolverAnswer, Witness
 
 # Phrases about states and refutations.
 
@@ -30,7 +29,7 @@ def situation(witness: Witness) -> str:
         return f"when `{show(witness.everywhere)}`"
     if not witness.facts:
         return "whatever the conditions are"
-    return f"when {facts_of(witness)}{', among other cases' if witness.some else ''}"
+    return f"when {facts_of(witness)}{', among other cases' if witness.is_partial else ''}"
 
 
 def facts_of(witness: Witness) -> str:
@@ -100,7 +99,7 @@ def group_refutations(
 ) -> Iterator[SharedRows]:
     """The refutations that `witness_of` selects, in the order of their first states."""
     alike: dict[_Key, list[SharedRows]] = {}
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         witness = witness_of(decided)
         if witness is not None:
             conditions = tuple(row.condition.name for row in decided.verdict.rows)
@@ -152,7 +151,7 @@ def _covers(one: RowVerdictAt, other: RowVerdictAt) -> bool:
 
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; for causes with rows."""
-    examples = Examples(facts)
+    examples = facts.examples()
     for group in group_refutations(
         facts, lambda d: d.verdict.decision.gap if d.verdict.rows else None
     ):
@@ -194,7 +193,7 @@ _MOST = 6
 
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
-    examples = Examples(facts)
+    examples = facts.examples()
     for group in group_refutations(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = group.first, group.widest, group.witness
         one, other = overlap.holding
@@ -245,13 +244,13 @@ def _with_one_row_less(group: SharedRows) -> str:
 
 def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unmet = [decided for decided in facts.row_verdicts() if decided.lacks_rows]
+    unmet = [decided for decided in facts.row_verdicts if decided.lacks_rows]
     without = {(decided.subsystem.qualified_name, decided.state.name) for decided in unmet}
     for subsystem in facts.subsystems:
         sources, name = {row.source for row in subsystem.transitions}, subsystem.qualified_name
         states = [s for s in subsystem.states if s.name not in sources]
         yield from _unfinished(subsystem, [s for s in states if (name, s.name) in without])
-    examples = Examples(facts)
+    examples = facts.examples()
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
             state, cause = decided.state, decided.cause
@@ -298,7 +297,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     A condition that never holds at all, and an error that always does, are `conditions_vary`'s
     matter.
     """
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
         if all(satisfiable):
             continue
@@ -345,15 +344,21 @@ _WAY_OUT = (
 
 
 def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
-    """W0606."""
-    for decided in facts.row_verdicts():
-        reason = decided.verdict.decision.unknown
-        if reason and decided.verdict.rows:
-            state = decided.state
-            yield Diagnostic(
-                "W0606",
-                f"it is not proved that exactly one row of state `{state.name}` applies: {reason}",
-                state.place,
-                f"ended {ending(state.behaviour, decided.cause)}",
-                help=decided.verdict.decision.way_out or _WAY_OUT,
-            )
+    """W0606, with what the solver says, if it is installed; the code is the same in any case."""
+    for decided in facts.row_verdicts:
+        decision, state = decided.verdict.decision, decided.state
+        if not decision.unknown or not decided.verdict.rows:
+            continue
+        answer = decision.open.solve() if decision.open else SolverAnswer(unknown=decision.unknown)
+        one = f"exactly one row of state `{state.name}` applies"
+        words = f"it is not proved that {one}: {answer.unknown}"
+        help = answer.way_out or decision.way_out or _WAY_OUT
+        if answer.proved:
+            words = f"truth tables do not prove that {one}, but the solver z3 does"
+            help = "the generated code checks it in every run, as it does without the solver"
+        for witness, which in ((answer.overlap, "two rows apply"), (answer.gap, "no row applies")):
+            if witness:
+                words = f"it is not proved that {one}: the solver z3 finds that {which}"
+                words += f" {situation(witness)}, but no values that show it were found"
+        label = f"ended {ending(state.behaviour, decided.cause)}"
+        yield Diagnostic("W0606", words, state.place, label, help=help)

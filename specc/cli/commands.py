@@ -86,7 +86,7 @@ def _writable(spec: str, out: str | None) -> AllowedPaths:
 
 def fmt(options: Namespace) -> int:
     """Put files into the canonical layout, or say which are not in it; the exit code."""
-    from specc.tools.fmt import formatted, upgrade
+    from specc.tools.fmt import format_text, upgrade
 
     targets = inspect.find_targets(options.files)
     findings = resolve(targets.faults, Sources())
@@ -103,7 +103,7 @@ def fmt(options: Namespace) -> int:
             continue
         readable += 1
         old = document.source.text
-        new = formatted(old, upgrade if options.upgrade else None)
+        new = format_text(old, upgrade if options.upgrade else None)
         if new == old:
             continue
         changed.append(path)

@@ -25,7 +25,7 @@ from specc.tools.plot.sheet import (
     PlottedRun,
     Sheet,
     bands,
-    cut,
+    clip,
     marks,
     numbers_of,
     panels,
@@ -93,7 +93,7 @@ class _Plot:
             if begin_s > traces.end_s or end_s < traces.begin_s:
                 span = f"{traces.begin_s:.12g} s to {traces.end_s:.12g} s"
                 raise Refused(f"{file} goes from {span}; --since and --until leave nothing of it")
-            self._runs.append(cut(PlottedRun(name, traces), begin_s, end_s))
+            self._runs.append(clip(PlottedRun(name, traces), begin_s, end_s))
             self._readings.append(reading)
 
     def _add_panel(self, names: Sequence[str]) -> None:

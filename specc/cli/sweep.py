@@ -30,7 +30,7 @@ from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     InputFiles,
-    bundled,
+    bundle_of,
     carry_out,
     inputs_of,
     local_workers,
@@ -42,9 +42,9 @@ from specc.tools.sweep.table import (
     SweepError,
     SweepSetting,
     as_csv,
-    axis_of,
-    seeds_of,
-    settings_of,
+    combinations,
+    parse_axis,
+    parse_seeds,
 )
 
 if TYPE_CHECKING:
@@ -119,9 +119,9 @@ def _sweep(options: Namespace) -> int:
     from specc import pipeline
 
     units = pipeline.read_spec(options.spec).units if options.set else {}
-    axes = tuple(axis_of(name, text, units.get(name, "")) for name, text in options.set.items())
-    seeds = seeds_of(options.seeds)
-    plan = _Plan(axes, tuple(settings_of(axes, seeds)), seeds)
+    axes = tuple(parse_axis(name, text, units.get(name, "")) for name, text in options.set.items())
+    seeds = parse_seeds(options.seeds)
+    plan = _Plan(axes, tuple(combinations(axes, seeds)), seeds)
     first = _built(options, plan.settings[0])
     assert first.result.system is not None
     inputs = inputs_of(options.spec, first.result.sources, first.result.system)
@@ -206,7 +206,7 @@ def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, fi
         (number, seed)
         for seed in plan.seeds
         for number, setting in enumerate(plan.settings)
-        if folder.lacks(setting, seed, options.limit)
+        if folder.is_missing(setting, seed, options.limit)
     ]
     count = len(plan.settings) * len(plan.seeds)
     done = count - len(missing)
@@ -228,7 +228,7 @@ def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, fi
         SweepJob(name, directories[n], plan.settings[n], seed, extent, options.limit)
         for n, seed in missing
     ]
-    bundle = bundled(files, inputs)
+    bundle = bundle_of(files, inputs)
     if options.scheduler:
         try:
             from specc.tools.sweep.cluster import cluster
@@ -310,7 +310,7 @@ def _print_results(options: Namespace, plan: _Plan, folder: Folder) -> None:
         streams.print_output(_failing(options, plan, [runs[place][:2] for place in places]))
     if len(reasons) > _REASONS:
         streams.print_output(f"and {len(reasons) - _REASONS} other reasons\n")
-    for line in summary.seldom_asked(rows):
+    for line in summary.rarely_tested(rows):
         streams.print_output(f"{line}\n")
     _draw(cells, names, [axis.title for axis in plan.swept], folder.path / "plots")
     streams.print_output(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")

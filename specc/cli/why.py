@@ -23,7 +23,7 @@ from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.refusal import Refused
 from specc.source import Place, Sources
-from specc.tools.why import Moment, NotKnown, Reasons, reasons_of_violation, shown, value_of
+from specc.tools.why import Moment, NotKnown, Reasons, value_of, value_text, violation_reasons
 
 _LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
 _MOST_VIOLATIONS = 3
@@ -106,7 +106,7 @@ class _MomentReport:
                 continue
             yield f"  because: {_one_line(requirement.because)}"
             steps = partial(call_runtime, "recording.moment", "last_steps", self._file)
-            reasons = reasons_of_violation(requirement, since_s, steps, _seconds)
+            reasons = violation_reasons(requirement, since_s, steps, _seconds)
             yield from (f"  {line}" for line in reasons)
         if len(found) > _MOST_VIOLATIONS:
             yield f"and {len(found) - _MOST_VIOLATIONS} more are violated"
@@ -215,7 +215,7 @@ class _MomentReport:
             inside = values.get(peer) if isinstance(values, dict) else None
             if isinstance(inside, dict) and name in inside:
                 try:
-                    text = shown(element.type, value_of(element.type, inside[name]))
+                    text = value_text(element.type, value_of(element.type, inside[name]))
                 except NotKnown as reason:
                     text = str(reason)
                 yield f"  sent y.{peer}.{name} = {text}"

@@ -27,7 +27,7 @@ def run_witness(options: Namespace) -> int:
     try:
         # These step generated code.
         from specc.tools.witness.code import SubsystemCode
-        from specc.tools.witness.plan import planned
+        from specc.tools.witness.plan import plan_script
         from specc.tools.witness.subject import refutations
     except ModuleNotFoundError as error:
         raise missing_package(error) from error
@@ -49,7 +49,7 @@ def run_witness(options: Namespace) -> int:
             name = item.subsystem
             if name not in generated:
                 generated[name] = SubsystemCode(facts.system, name, Path(scratch, name))
-            codes.append(_write(item, planned(generated[name], facts, item), options))
+            codes.append(_write(item, plan_script(generated[name], facts, item), options))
     return max(codes)
 
 

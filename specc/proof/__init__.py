@@ -9,11 +9,10 @@ or about conditions (can they hold together, does one follow?). Its answer about
   that atoms about one variable meet; conditions about `elapsed` are bisected (`clock`).
 - `decide` tabulates all answers that are consistent with each other (`table`). What holds in every
   combination is proved.
-- Where the table refutes and variables depend on each other (`relations`), or where it would be too
-  large, the `solver` is asked about exact numbers and about floats. It is the door to z3, which may
-  not be installed. Without an answer the verdict is `unknown`, with the reason.
-- `witness` says which answers refute, in as few words as possible, and which condition would mend
-  it. `search` finds values for them, where somebody wants to see or to run them.
+- Where the table refutes and variables depend on each other (`dependencies`), or where it would be
+  too large, the decision is an `OpenQuestion`. Values found by `specc.search` may refute it. If z3
+  is installed, the `solver` answers it for exact numbers and for floats; no verdict depends on it.
+- `witness` describes a refutation in as few words as possible, and the condition that resolves it.
 
 Nothing here knows of messages or of generated code.
 """
@@ -26,6 +25,7 @@ from specc.proof.verdict import (
     InputName,
     InputNames,
     RowVerdict,
+    SolverAnswer,
     Witness,
     freshness,
     presence,
@@ -40,6 +40,7 @@ __all__ = [
     "Numbering",
     "Prover",
     "RowVerdict",
+    "SolverAnswer",
     "Ticks",
     "Witness",
     "freshness",

@@ -36,9 +36,6 @@ from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.proof.numbering import Numbering
 
-# Conditions about the time in a state: whole periods, at some of which their truth changes.
-
-
 LONGEST = 2**40
 """Periods that no state lasts; later ones are not asked about."""
 MOST_STEPS = 50_000
@@ -58,11 +55,11 @@ class _Step(NamedTuple):
 
 
 class UndecidedError(Exception):
-    """The ranges of values do not tell."""
+    """The ranges of values do not decide a condition."""
 
 
 @dataclass(frozen=True, slots=True)
-class Turns:
+class TurningPoints:
     """Whether a condition holds in the first period, and the periods at which that changes."""
 
     first: bool
@@ -70,69 +67,73 @@ class Turns:
 
 
 class Timer:
-    """Truth of what is computed from `elapsed` and constants alone, as generated code has it.
+    """Evaluates conditions over `elapsed` and constants, rounded as generated code rounds.
 
-    It is asked of ranges of periods, which are halved until the values in them tell.
+    It bisects ranges of periods until interval arithmetic decides each of them.
     """
 
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
         # All by value number. Parts have smaller numbers than what is computed from them.
-        self._known: dict[int, Range] = {}
+        self._constant_ranges: dict[int, Range] = {}
         self._steps: dict[int, _Step] = {}
-        self._others: set[int] = set()
+        self._undetermined: set[int] = set()
         self._timings: dict[int, Timing] = {}
-        self._turns: dict[int, Turns | None] = {}
+        self._turns: dict[int, TurningPoints | None] = {}
         lets = numbering.lets
-        self._of_lets = InDependenceOrder(lets, lambda name: self.decided(lets[name]))
-        for value in numbering.named():
-            self._enter(value)
+        self._conditions_of_lets = InDependenceOrder(
+            lets, lambda name: self.timed_conditions(lets[name])
+        )
+        for value in numbering.named_values():
+            self._add(value)
             self._timing(value)
 
-    def turns(self, condition: Expr) -> Turns | None:
-        """When a condition holds; None if not time alone tells, or ranges of values do not."""
+    def turning_points(self, condition: Expr) -> TurningPoints | None:
+        """When a condition changes; None if undecided, or not by time alone."""
         number = self._numbering.number(condition)
-        self._enter(condition)
+        self._add(condition)
         if self._numbering.exact_period_s is None or number not in self._steps:
             return None
         if number not in self._turns:
             try:
-                self._turns[number] = self._bisected(self._needed(number))
+                self._turns[number] = self._bisect(self._steps_to(number))
             except (ArithmeticError, UndecidedError):
                 self._turns[number] = None
         return self._turns[number]
 
-    def turning(self, expr: Expr) -> frozenset[int]:
-        """The periods at which time alone turns a condition in an expression, or in its lets."""
-        return frozenset(period for _, found in self.decided(expr).values() for period in found.at)
+    def turning_periods(self, expr: Expr) -> frozenset[int]:
+        """Periods at which conditions in an expression, or in its lets, change with time alone."""
+        return frozenset(
+            period for _, found in self.timed_conditions(expr).values() for period in found.at
+        )
 
-    def decided(self, expr: Expr) -> dict[int, tuple[Expr, Turns]]:
+    def timed_conditions(self, expr: Expr) -> dict[int, tuple[Expr, TurningPoints]]:
         """The conditions in an expression, or in its lets, that time alone decides, by identity."""
-        if isinstance(expr, LetRef) and expr.name in self._of_lets:
-            return self._of_lets[expr.name]
+        if isinstance(expr, LetRef) and expr.name in self._conditions_of_lets:
+            return self._conditions_of_lets[expr.name]
         is_asked = isinstance(expr.type, Bool) and not isinstance(expr, (Truth, ConstantRef))
-        if is_asked and (turns := self.turns(expr)) is not None:
+        if is_asked and (turns := self.turning_points(expr)) is not None:
             return {id(expr): (expr, turns)}
-        found: dict[int, tuple[Expr, Turns]] = {}
+        found: dict[int, tuple[Expr, TurningPoints]] = {}
         for part in children(expr):
-            found |= self.decided(part)
+            found |= self.timed_conditions(part)
         return found
 
-    def lasted(self, op: Literal["<", "<=", "=="], periods: int) -> Expr:
+    def elapsed_condition(self, op: Literal["<", "<=", "=="], periods: int) -> Expr:
         """The condition that the state has lasted fewer periods, or as many."""
         assert self._numbering.exact_period_s is not None  # there are turns
         time_s = float(periods * self._numbering.exact_period_s)
         return Compare(op, ELAPSED, Number(time_s, type=ELAPSED.type), type=Bool())
 
     def is_unsure(self, condition: Expr) -> bool:
-        """Whether what a run computes from the time may not be what proofs make of it."""
+        """Whether a run may compute another value from the time than proofs do."""
         if self._numbering.exact_period_s is None:
             return False
-        if self._enter(condition):
-            return self._timing(condition) != "" and self.turns(condition) is None
+        if self._add(condition):
+            return self._timing(condition) != "" and self.turning_points(condition) is None
         return self._timing(condition) == "not followed"
 
-    def _bisected(self, steps: Sequence[int]) -> Turns:
+    def _bisect(self, steps: Sequence[int]) -> TurningPoints:
         found: list[tuple[int, bool]] = []
         open_, left = [(1, LONGEST)], MOST_STEPS
         while open_:
@@ -140,7 +141,7 @@ class Timer:
             left -= len(steps)
             if left < 0 or not spend("proof", len(steps)):
                 raise UndecidedError
-            least, greatest = self._over(steps, early, late)
+            least, greatest = self._range_over(steps, early, late)
             if least == greatest:
                 found.append((early, bool(least)))
             elif early == late:
@@ -149,9 +150,9 @@ class Timer:
                 middle = min(2 * early, (early + late) // 2)  # a turn at n takes log n ranges
                 open_ += [(middle + 1, late), (early, middle)]
         turns = [now for before, now in pairwise(found) if before[1] != now[1]]
-        return Turns(found[0][1], tuple(period for period, _ in turns))
+        return TurningPoints(found[0][1], tuple(period for period, _ in turns))
 
-    def _over(self, steps: Sequence[int], early: int, late: int) -> Range:
+    def _range_over(self, steps: Sequence[int], early: int, late: int) -> Range:
         """Whether the condition holds, over some periods."""
         step_s = self._numbering.exact_period_s
         assert step_s is not None  # `turns` looked
@@ -161,11 +162,11 @@ class Timer:
         values: dict[int, Range] = {}
         for number in steps:
             operation, parts = self._steps[number]
-            of = [values.get(part) or self._known[part] for part in parts]
+            of = [values.get(part) or self._constant_ranges[part] for part in parts]
             values[number] = operation(*of) if operation else time_s
         return values[steps[-1]]
 
-    def _needed(self, number: int) -> list[int]:
+    def _steps_to(self, number: int) -> list[int]:
         """The steps to a value, in the order in which they are taken."""
         needed, open_ = set[int](), [number]
         while open_:
@@ -175,35 +176,39 @@ class Timer:
                 open_ += self._steps[step].parts
         return sorted(needed)
 
-    def _enter(self, expr: Expr) -> bool:
-        """Whether an expression is computed from time and constants alone, in steps noted here."""
+    def _add(self, expr: Expr) -> bool:
+        """Whether an expression depends on time and constants alone; its steps are recorded."""
         number = self._numbering.number(expr)
-        if number not in self._steps and number not in self._known and number not in self._others:
-            value = self._numbering.value(number)
+        if (
+            number not in self._steps
+            and number not in self._constant_ranges
+            and number not in self._undetermined
+        ):
+            value = self._numbering.constant_value(number)
             if isinstance(value, (int, float)):
-                self._known[number] = value, value
-            elif step := self._step(self._numbering.looked_through(expr)):
+                self._constant_ranges[number] = value, value
+            elif step := self._step(self._numbering.resolve(expr)):
                 self._steps[number] = step
             else:
-                self._others.add(number)
-        return number not in self._others
+                self._undetermined.add(number)
+        return number not in self._undetermined
 
     def _step(self, expr: Expr) -> _Step | None:
         if isinstance(expr, Clock) and expr.name == "elapsed":
             return _Step(None, ())
         operation, parts = operation_of(expr), tuple(children(expr))
         scalar = kind(expr.type).sort in ("truth", "whole", "real")
-        if operation is None or not (scalar and all(map(self._enter, parts))):
+        if operation is None or not (scalar and all(map(self._add, parts))):
             return None
         return _Step(operation, tuple(map(self._numbering.number, parts)))
 
     def _timing(self, expr: Expr) -> Timing:
         number = self._numbering.number(expr)
         if number not in self._timings:
-            self._timings[number] = self._found_timing(self._numbering.looked_through(expr))
+            self._timings[number] = self._compute_timing(self._numbering.resolve(expr))
         return self._timings[number]
 
-    def _found_timing(self, expr: Expr) -> Timing:
+    def _compute_timing(self, expr: Expr) -> Timing:
         if isinstance(expr, Clock):
             return "followed" if expr.name == "elapsed" else ""
         if isinstance(expr, Call):
@@ -224,4 +229,4 @@ class Timer:
         return isinstance(expr, (IsOneOf, Choice, Compare, Component, IsNone, Logic, Unary))
 
     def _is_known(self, expr: Expr) -> bool:
-        return self._numbering.value(self._numbering.number(expr)) is not None
+        return self._numbering.constant_value(self._numbering.number(expr)) is not None

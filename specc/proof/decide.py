@@ -1,94 +1,132 @@
-"""Decides whether conditions cover and exclude each other, by tables or by the solver."""
+"""Decides by truth tables whether conditions cover all cases and exclude each other."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 
-from specc.limits import OUT_OF_STEPS, spend
-from specc.proof.formula import Arrival, Atom, Formula, atoms_of
-from specc.proof.numbering import Numbering
-from specc.proof.relations import Relations, components, conjuncts, connected, variables_of
-from specc.proof.table import Cases, DecisionProcedure, Table
+from specc.limits import spend
+from specc.model.expr import Expr
+from specc.proof.dependencies import Dependencies, components, conjuncts, connected, variables_of
+from specc.proof.formula import Answered, Arrival, EnumItem, Formula, Formulas, atoms_of
+from specc.proof.table import Column, Table
 from specc.proof.verdict import (
     INSTALL,
+    ROUNDED,
     Decision,
+    FactTexts,
     InputName,
+    SolverAnswer,
+    SolverError,
     TooLargeError,
-    UnsureError,
-    rounding,
-    time,
+    TruthAssignment,
+    Witness,
+    untracked_time,
 )
-from specc.proof.witness import describe, no_row, two_rows
+from specc.proof.witness import fact_texts, no_row, truth_assignment, two_rows
 
-if TYPE_CHECKING:
-    from specc.proof.solver import Session, Theory
-
-
-MOST_SESSIONS = 8
-"""That are open at once: each takes 18 MB."""
-_OF_A_SESSION = 4_000
-"""Steps of proofs that making one takes."""
+# What tables leave open: the solver may answer it, or values that somebody finds.
 
 
-class Sessions:
-    """The sessions of the solvers of a system; the one that was not asked longest makes room."""
+@dataclass(frozen=True, eq=False, slots=True)
+class FormulaQuestion:
+    """Whether exactly one of `conditions` holds where all of `assumed` do, left open by tables."""
 
-    def __init__(self) -> None:
-        self._open: dict[Solver, Session] = {}
+    conditions: tuple[Formula, ...]
+    assumptions: tuple[Formula, ...]
+    make: Formulas
+    dependencies: Dependencies
+    reason: str = ""
+    """Why tables do not decide it; empty where values of numbers depend on each other."""
 
-    def of(self, solver: Solver) -> Session:
-        """The session of a solver. Raises UnsureError if none can be made."""
-        session = self._open.pop(solver, None)
-        if session is None:
-            try:
-                from specc.proof.solver import Session
-            except ImportError:
-                message = "it needs the solver, which is not installed"
-                raise UnsureError(message, INSTALL) from None
-            solver.was_asked = True
-            if not spend("proof", _OF_A_SESSION):
-                raise UnsureError(OUT_OF_STEPS)
-            if len(self._open) >= MOST_SESSIONS:
-                del self._open[next(iter(self._open))]
-            session = Session()
-        self._open[solver] = session
-        return session
+    @property
+    def faults(self) -> tuple[Formula, Formula]:
+        """That no condition holds, and that two do."""
+        make, rows = self.make, self.conditions
+        several = make.disjunction(map(make.conjunction, combinations(rows, 2)))
+        return make.negation(make.disjunction(rows)), several
 
-    def close(self, solver: Solver) -> None:
-        """Let go of the memory of a session; the next question makes it anew."""
-        self._open.pop(solver, None)
+    def solve(self) -> SolverAnswer:
+        """What the solver says, if it is installed."""
+        try:
+            return self._solve()
+        except SolverError as error:
+            reasons = filter(None, (self.reason, str(error)))
+            return SolverAnswer(unknown=", and ".join(reasons), way_out=error.way_out)
 
+    def _solve(self) -> SolverAnswer:
+        rounded = self.models(self.faults)
+        if rounded == [None, None]:
+            return SolverAnswer()
+        exact = self.models(self.faults, exact=True)
+        if exact == [None, None]:
+            broken = next(model for model in rounded if model is not None)
+            facts = self.witness(broken, self._holding_conditions(broken)).facts
+            case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
+            words = "it is true of exact numbers, but floats are rounded, which may make"
+            return SolverAnswer(unknown=f"{words} {case}", way_out=ROUNDED)
+        gap, overlap = (
+            None if model is None else self.witness(model, self._holding_conditions(model))
+            for model in exact
+        )
+        return SolverAnswer(gap, overlap)
 
-class Solver:
-    """The solver for the questions about one subsystem; z3 is not imported before it is asked."""
+    def models(
+        self, faults: Sequence[Formula], *, exact: bool = False
+    ) -> list[list[Answered] | None]:
+        """Answers with which each of the formulas holds, and all that is assumed.
 
-    def __init__(self, numbering: Numbering, sessions: Sessions | None = None) -> None:
-        self._numbering = numbering
-        self._sessions = sessions or Sessions()
-        self.relations = Relations(numbering)
-        self.was_asked = False
-        """Whether a question has needed the solver."""
+        Raises:
+            SolverError: the solver does not say, or is not installed.
+        """
+        try:
+            from specc.proof.solver import Theory
+        except ImportError:
+            raise SolverError("it needs the solver, which is not installed", INSTALL) from None
+        atoms = list(atoms_of([*self.conditions, *self.assumptions]))
+        theory = Theory(self.dependencies.numbering, atoms, exact=exact)
+        return [theory.find_model(self.make.conjunction([*self.assumptions, f])) for f in faults]
 
-    def between(self, atoms: Sequence[Atom]) -> DecisionProcedure | None:
-        """What decides about answers of the atoms; None if all are possible together."""
-        return self.procedure(atoms) if self.relations.are_related(atoms) else None
+    def witness_of(self, value: Callable[[Expr], object], holding: tuple[int, ...]) -> Witness:
+        """The witness of a situation; see `OpenQuestion`."""
+        answers: list[Answered] = []
+        for atom in atoms_of(self.conditions):
+            variable, test = atom.variable, atom.test
+            if isinstance(variable, EnumItem) and variable.expr is not None:
+                if (member := value(variable.expr)) is not None:
+                    answers.append((atom, member in test))
+            elif atom.expr is not None and (yes := value(atom.expr)) is not None:
+                answers.append((atom, bool(yes) is atom.holds_if))
+        return self.witness(answers, holding)
 
-    def procedure(self, atoms: Sequence[Atom]) -> DecisionProcedure:
-        """What decides about answers of the atoms, whatever they have in common."""
-        return DecisionProcedure(partial(self._theory, atoms))
+    def witness(self, answers: Sequence[Answered], holding: tuple[int, ...]) -> Witness:
+        """As few of the answers as lead to the two conditions `holding`, or to none."""
+        make, rows, known = self.make, self.conditions, dict(answers)
+        fault = [make.negation(row) for row in rows]
+        if holding:
+            fault = [rows[index] for index in holding]
+        for atom in list(known):
+            rest = {other: yes for other, yes in known.items() if other is not atom}
+            if all(make.substituted(part, rest.get) is make.true for part in fault):
+                known = rest
+        facts: FactTexts = ()
+        said: TruthAssignment = ()
+        for variable in dict.fromkeys(atom.variable for atom in known):
+            atoms = tuple(atom for atom in known if atom.variable == variable)
+            column = Column(variable, atoms, (tuple(known[atom] for atom in atoms),), 1)
+            facts += tuple(fact_texts(column, 0, frozenset(atoms)))
+            said += tuple(truth_assignment(column, 0))
+        asked = {make.atom(atom): yes for atom, yes in known.items()}
+        told = make.conjunction(f if yes else make.negation(f) for f, yes in asked.items())
+        others = is_satisfiable([*self.assumptions, *fault, make.negation(told)])
+        return Witness(facts, holding, answers=said, is_partial=others is not False)
 
-    def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
-        session = self._sessions.of(self)
-        from specc.proof.solver import Theory
-
-        return Theory(session, self._numbering, atoms, exact=exact)
-
-    def release(self) -> None:
-        """Let go of the memory of the solver; the next question makes it anew."""
-        self._sessions.close(self)
+    def _holding_conditions(self, answers: Sequence[Answered]) -> tuple[int, ...]:
+        """Two of the conditions that hold with these answers, or none."""
+        known, make = dict(answers), self.make
+        holds = (make.substituted(row, known.get) is make.true for row in self.conditions)
+        return tuple(index for index, yes in enumerate(holds) if yes)[:2]
 
 
 # Decides on truth tables whether exactly one of several conditions holds.
@@ -102,168 +140,81 @@ class Question:
         conditions: Sequence[Formula],
         context: Sequence[Formula],
         axioms: Sequence[Formula],
-        solver: Solver,
+        make: Formulas,
+        dependencies: Dependencies,
     ) -> None:
-        """The `solver` is asked where the tables alone refute."""
-        self._solver = solver
-        self._conditions = conditions
-        self._given = conjuncts(context)
-        self.about = [*conditions, *self._given]
+        self._make = make
+        self._dependencies = dependencies
+        self._conditions = tuple(conditions)
+        self._context = conjuncts(context)
+        self.about = [*conditions, *self._context]
         """What it is about, without the axioms."""
-        self._assumed = self._given + connected(conjuncts(axioms), self.about)
-        others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumed]
-        self._more = connected(others, self.about, solver.relations.things)
+        self._assumptions = self._context + connected(conjuncts(axioms), self.about)
+        others = [axiom for axiom in conjuncts(axioms) if axiom not in self._assumptions]
+        self._related_axioms = connected(others, self.about, dependencies.of)
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)
-            for variable in variables_of([*conditions, *self._assumed])
+            for variable in variables_of([*conditions, *self._assumptions])
             if isinstance(variable, Arrival)
         )
         """Inputs about whose arrival something is asked."""
 
     def concerns(self, formula: Formula) -> bool:
         """Whether a formula has to do with what is asked, directly or through axioms."""
-        return bool(
-            connected([formula], [*self.about, *self._assumed], self._solver.relations.things)
-        )
+        about = [*self.about, *self._assumptions]
+        return bool(connected([formula], about, self._dependencies.of))
 
     def decide(self, facts: Sequence[Formula]) -> Decision:
         """The answer where the facts hold as well; what is unsure refutes nothing."""
-        assumed = [*self._assumed, *facts]
-        atoms = atoms_of([*self._conditions, *assumed, *self._more])
-        unsure = [atom for atom in atoms if atom.unsure]
-        decision = self._decided(assumed)
-        if not unsure or not (decision.gap or decision.overlap):
-            return decision
-        return time(decision, unsure[0].text)
-
-    def _decided(self, assumed: Sequence[Formula]) -> Decision:
+        assumed = [*self._assumptions, *facts]
         try:
-            return self._by_table(assumed)
+            decision, reason = self._tabulate(assumed), ""
         except TooLargeError as error:
-            reason = str(error)
-        except UnsureError as error:
-            return self._unknown(str(error), error.way_out)
-        # What the context says of other things cannot help a proof, but makes the table larger.
+            decision, reason = self._without_context(assumed, str(error)), str(error)
+        if decision.proved:
+            return decision
+        every = [*assumed, *self._related_axioms]
+        atoms = list(atoms_of([*self._conditions, *every]))
+        unsure = [atom for atom in atoms if atom.is_uncertain]
+        if unsure:
+            return untracked_time(decision, unsure[0].text)
+        if not reason and not self._dependencies.are_related(atoms):
+            return decision
+        rows, make = self._conditions, self._make
+        question = FormulaQuestion(rows, tuple(every), make, self._dependencies, reason)
+        if question.faults == (make.false, make.false):  # of a condition and its opposite
+            return replace(decision, unknown="")
+        unknown = reason or "the numbers in these conditions depend on each other"
+        return replace(decision, gap=None, overlap=None, unknown=unknown, open=question)
+
+    def _without_context(self, assumed: Sequence[Formula], reason: str) -> Decision:
+        """What the context says of other things cannot help, but makes a table larger."""
         try:
-            smaller = self._by_table(connected(assumed, self._conditions))
+            smaller = self._tabulate(connected(assumed, self._conditions))
             if smaller.proved:
                 return smaller
-        except (TooLargeError, UnsureError):
-            pass
-        return self._by_solver(assumed, reason)
-
-    def _by_table(self, assumed: Sequence[Formula]) -> Decision:
-        formulas = [*self._conditions, *assumed]
-        table = Table(formulas)
-        decision = _decision(table, Cases(table, assumed, None, self._given), self._conditions)
-        atoms = list(atoms_of(formulas))
-        if decision.proved:
-            return self._with_possible_rows(decision, table, assumed, atoms)
-        if self._more:
-            assumed = [*assumed, *self._more]
-            table, atoms = Table([*formulas, *self._more]), [*atoms, *atoms_of(self._more)]
-        procedure = self._solver.between(list(dict.fromkeys(atoms)))
-        if procedure is None:
-            return decision
-        return _decision(table, Cases(table, assumed, procedure, self._given), self._conditions)
-
-    def _with_possible_rows(
-        self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
-    ) -> Decision:
-        """A proof, without rows that can never apply because of the values of their numbers."""
-        procedure = self._solver.between(atoms) if self._solver.relations.in_sums(atoms) else None
-        if procedure is None:
-            return proved
-        try:
-            exact = _decision(
-                table, Cases(table, assumed, procedure, self._given), self._conditions
-            )
-        except UnsureError:
-            return proved
-        return replace(exact, gap=None, overlap=None, unknown="", way_out="")
-
-    def _by_solver(self, assumed: Sequence[Formula], reason: str) -> Decision:
-        try:
-            from specc.proof.solver import solve
-        except ImportError:
-            return self._unknown(reason)
-        procedure = self._solver.procedure(list(atoms_of([*self._conditions, *assumed])))
-        try:
-            rounded = procedure.rounded
-            return solve(rounded, lambda: procedure.exact, self._conditions, assumed)
-        except UnsureError as error:
-            return self._unknown(f"{reason}, and {error}", error.way_out)
-
-    def _unknown(self, reason: str, way_out: str = "") -> Decision:
-        return Decision(
-            possible=True,
-            satisfiable=(True,) * len(self._conditions),
-            ensures=(frozenset(),) * len(self._conditions),
-            unknown=reason,
-            way_out=way_out,
-        )
-
-
-_OF_A_QUESTION = 40
-"""Steps that finding out takes which parts have to do with each other, however few these are."""
-
-
-def is_satisfiable(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
-    """Whether all formulas can hold together; None if the question is too large.
-
-    Without a solver they can where truth tables do not refute it.
-    """
-    parts = conjuncts(formulas)
-    if any(part.kind == "false" for part in parts):
-        return False
-    if not spend("proof", _OF_A_QUESTION):
-        return None
-    answer: bool | None = True
-    for group in components(parts):
-        try:
-            if not Cases(Table(group), group, None).allowed:
-                return False
         except TooLargeError:
-            answer = None
-    if solver is None or not solver.relations.are_related(list(atoms_of(parts))):
-        return answer
-    for group in components(parts, solver.relations.things):
-        try:
-            table = Table(group)
-            cases = Cases(table, group, solver.between(list(atoms_of(group))))
-            if not cases.find_model(cases.allowed) and not cases.find_rounded_model(table.full):
-                return False
-        except (TooLargeError, UnsureError):
-            answer = None
-    return answer
+            pass
+        count = len(self._conditions)
+        return Decision(True, (True,) * count, (frozenset(),) * count, unknown=reason)
 
-
-def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
-    """Raises UnsureError where the decision procedure of the cases does."""
-    rows = [table.bits(condition) for condition in conditions]
-    enabled = both = 0
-    for row in rows:
-        both |= enabled & row
-        enabled |= row
-    without = table.full & ~enabled
-    none, several = cases.find_model(without), cases.find_model(both)
-    # Combinations of rounded numbers alone are left in `wrong` only where exact ones prove it.
-    wrong = 0 if none or several else cases.find_rounded_model(both | without)
-    asked = frozenset(atoms_of(conditions))
-    facts = describe(table, wrong, cases.allowed | wrong, asked)[0] if wrong else ()
-    holding = [cases.find_model(row) | cases.find_rounded_model(row) for row in rows]
-    decision = Decision(
-        possible=bool(cases.find_model(cases.allowed) or cases.find_rounded_model(table.full)),
-        satisfiable=tuple(map(bool, holding)),
-        ensures=_ensured(table, holding),
-    )
-    if wrong:
-        decision = rounding(decision, facts)
-    # What is told comes last: it may spend what questions to the decision procedure are left.
-    gap = no_row(table, cases, none, conditions) if none else None
-    overlap = two_rows(table, cases, several, conditions) if several else None
-    return replace(decision, gap=gap, overlap=overlap)
+    def _tabulate(self, assumed: Sequence[Formula]) -> Decision:
+        table = Table([*self._conditions, *assumed])
+        allowed = table.all_of(assumed)
+        rows = [table.bits(condition) for condition in self._conditions]
+        enabled = both = 0
+        for row in rows:
+            both |= enabled & row
+            enabled |= row
+        holding = [row & allowed for row in rows]
+        without, several = allowed & ~enabled, allowed & both
+        decision = Decision(bool(allowed), tuple(map(bool, holding)), _ensured(table, holding))
+        gap = no_row(table, allowed, without, self._conditions, self._context) if without else None
+        if not several:
+            return replace(decision, gap=gap)
+        overlap = two_rows(table, allowed, several, self._conditions, self._context)
+        return replace(decision, gap=gap, overlap=overlap)
 
 
 def _ensured(table: Table, holding: Sequence[int]) -> tuple[frozenset[InputName], ...]:
@@ -275,3 +226,24 @@ def _ensured(table: Table, holding: Sequence[int]) -> tuple[frozenset[InputName]
             name = column.variable.peer, column.variable.element
             absent.append((name, sum(table.where(column, i) for i in without)))
     return tuple(frozenset(name for name, bits in absent if not bits & holds) for holds in holding)
+
+
+_OF_A_QUESTION = 40
+"""Steps that finding out takes which parts have to do with each other, however few these are."""
+
+
+def is_satisfiable(formulas: Iterable[Formula]) -> bool | None:
+    """Whether truth tables let all formulas hold together; None if they are too large."""
+    parts = conjuncts(formulas)
+    if any(part.kind == "false" for part in parts):
+        return False
+    if not spend("proof", _OF_A_QUESTION):
+        return None
+    answer: bool | None = True
+    for group in components(parts):
+        try:
+            if not Table(group).all_of(group):
+                return False
+        except TooLargeError:
+            answer = None
+    return answer

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from specc.lang import show
 from specc.limits import spend
-from specc.model.expr import Expr
+from specc.model.expr import COMPARISONS, Expr
 from specc.reachable import reachable
 
 # What conditions ask about. Atoms of one variable are related; those of different ones are not.
@@ -27,7 +27,7 @@ ValueNumber = int
 class Flag:
     """A truth value about which nothing else is known; its only question is None."""
 
-    of: ValueNumber
+    number: ValueNumber
 
     def answers(self, tests: Sequence[None]) -> list[Answers]:
         """False and true."""
@@ -38,7 +38,7 @@ class Flag:
 class EnumItem:
     """One member of an enum; a question is a set of members."""
 
-    of: ValueNumber
+    number: ValueNumber
     members: tuple[str, ...]
     expr: Expr | None = field(compare=False, default=None)
 
@@ -56,7 +56,7 @@ class EnumItem:
 class Label:
     """A text; a question is a text that it may be equal to."""
 
-    of: ValueNumber
+    number: ValueNumber
 
     def answers(self, tests: Sequence[str]) -> list[Answers]:
         """Equal to one of the texts or to none."""
@@ -88,10 +88,10 @@ class Quantity:
     """A number; a question compares it with a constant."""
 
     kind: Literal["value", "difference", "distance", "periods"]
-    of: tuple[ValueNumber, ...]
+    numbers: tuple[ValueNumber, ...]
     """One number of a value; two of a difference, or of the distance that `near` judges; none of
     the number of periods that the state has lasted."""
-    whole: bool
+    is_integer: bool
     """Whether it is an integer."""
     least: float | None = None
     """A lower bound by its nature, as of a length."""
@@ -102,29 +102,25 @@ class Quantity:
         found = []
         below = -math.inf
         for value in thresholds:
-            if self._has_room(below, value):
+            if self._has_value_between(below, value):
                 found.append(tuple(t >= value and op != "==" for op, t in tests))
-            if self._can_be(value):
-                found.append(tuple(_holds_at(op, value, t) for op, t in tests))
+            is_possible = self.least is None or value >= self.least
+            if is_possible and (not self.is_integer or value == math.floor(value)):
+                found.append(tuple(COMPARISONS[op](value, t) for op, t in tests))
             below = value
         if below < math.inf:
             found.append((False,) * len(tests))
         return _distinct(found)
 
-    def _can_be(self, value: float) -> bool:
-        if self.least is not None and value < self.least:
-            return False
-        return not self.whole or value == math.floor(value)
-
-    def _has_room(self, below: float, above: float) -> bool:
+    def _has_value_between(self, below: float, above: float) -> bool:
         """Whether a value lies between, both ends excluded."""
         if above == -math.inf:
             return False
         if self.least is not None and self.least > below:
-            return self.least < above if not self.whole else math.ceil(self.least) < above
+            return self.least < above if not self.is_integer else math.ceil(self.least) < above
         if below == -math.inf:
             return True
-        if self.whole:
+        if self.is_integer:
             return math.floor(below) + 1 < above
         # Beyond this size a whole number may lie between two floats.
         return abs(below) >= _ALL_WHOLE or math.nextafter(below, math.inf) < above
@@ -133,17 +129,11 @@ class Quantity:
 _ALL_WHOLE = 2.0**53
 
 
-def _holds_at(op: str, value: float, threshold: float) -> bool:
-    if op == "==":
-        return value == threshold
-    return value < threshold or (value == threshold and op == "<=")
-
-
 @dataclass(frozen=True, slots=True)
-class Apart:
+class PoseDistance:
     """How far two poses are from each other; a question has a distance and an angle."""
 
-    of: tuple[ValueNumber, ValueNumber]
+    numbers: tuple[ValueNumber, ValueNumber]
 
     def answers(self, tests: Sequence[tuple[float, float]]) -> list[Answers]:
         """Within which distances and angles: what is within one is within every larger one."""
@@ -155,19 +145,19 @@ class Apart:
 
 
 @dataclass(frozen=True, slots=True)
-class ItemQuestions:
+class ItemCollection:
     """Items of a vector or list; a question is a formula, asked of any item.
 
     Its answers need the tables of `specc.proof.table`.
     """
 
-    of: ValueNumber
+    number: ValueNumber
     size: int | None
     """Number of items; None for a list, which may be empty unless it is `nonempty`."""
     nonempty: bool = False
 
 
-Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | ItemQuestions
+Variable = Flag | EnumItem | Label | Arrival | Quantity | PoseDistance | ItemCollection
 
 
 def _distinct(answers: list[Answers]) -> list[Answers]:
@@ -181,15 +171,15 @@ def _distinct(answers: list[Answers]) -> list[Answers]:
 class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 
-    `text_holds` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
+    `holds_if` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
     An `unsure` one may have other answers in a run than proofs take to be possible.
     """
 
     variable: Variable
     test: Any
     expr: Expr | None = field(compare=False, default=None)
-    text_holds: bool = field(compare=False, default=True)
-    unsure: bool = field(compare=False, default=False)
+    holds_if: bool = field(compare=False, default=True)
+    is_uncertain: bool = field(compare=False, default=False)
 
     @property
     def text(self) -> str:
@@ -223,7 +213,7 @@ class Formulas:
     """
 
     def __init__(self) -> None:
-        self._made: dict[object, Formula] = {}
+        self._formulas: dict[object, Formula] = {}
         self._negations: dict[Formula, Formula] = {}
         self.true = self._make("true")
         self.false = self._make("false")
@@ -242,7 +232,15 @@ class Formulas:
         if formula not in self._negations:
             for part in in_order((formula,), without=self._negations.keys()):
                 if part not in self._negations:  # nor is it the negation of an earlier one
-                    negated = self._negations[part] = self._negate(part)
+                    opposites = [self._negations[each] for each in part.parts]
+                    match part.kind:
+                        case "atom":
+                            negated = self._make("negated", part.atom)
+                        case "and":
+                            negated = self.disjunction(opposites)
+                        case _:
+                            negated = self.conjunction(opposites)
+                    self._negations[part] = negated
                     self._negations[negated] = part
         return self._negations[formula]
 
@@ -275,16 +273,13 @@ class Formulas:
                 found[part] = part if said is None else self.constant(said == (part.kind == "atom"))
         return found[formula]
 
-    def _negate(self, formula: Formula) -> Formula:
-        if formula.kind == "atom":
-            return self._make("negated", formula.atom)
-        parts = [self._negations[part] for part in formula.parts]
-        return self.disjunction(parts) if formula.kind == "and" else self.conjunction(parts)
-
     def _join(
         self, kind: Literal["and", "or"], parts: Iterable[Formula], none: Formula, end: Formula
     ) -> Formula:
-        every = [part.parts if part.kind == kind else (part,) for part in parts]
+        joined = dict.fromkeys(parts)
+        if any(self._negations.get(part) in joined for part in joined):
+            return end
+        every = [part.parts if part.kind == kind else (part,) for part in joined]
         spend("proof", sum(map(len, every)) // _JOINED_IN_A_STEP)
         kept: dict[Formula, None] = {}
         for each in every:
@@ -301,9 +296,9 @@ class Formulas:
         self, kind: Any, atom: Atom | None = None, parts: tuple[Formula, ...] = ()
     ) -> Formula:
         key = (kind, atom, parts)
-        if key not in self._made:
-            self._made[key] = Formula(kind, len(self._made), atom, parts)
-        return self._made[key]
+        if key not in self._formulas:
+            self._formulas[key] = Formula(kind, len(self._formulas), atom, parts)
+        return self._formulas[key]
 
 
 def in_order(formulas: Iterable[Formula], without: Set[Formula] = frozenset()) -> list[Formula]:

@@ -67,7 +67,7 @@ class Numbering:
         self._values: dict[int, KnownValue] = {}
         self._ranges: dict[int, Range] = {}
         # By identity, with the expression itself so that no other one takes its identity.
-        self._seen: dict[tuple[int, tuple[tuple[str, int], ...]], tuple[Expr, int]] = {}
+        self._cache: dict[tuple[int, tuple[tuple[str, int], ...]], tuple[Expr, int]] = {}
         self._constants: dict[str, int] = {}
         self._lets: dict[str, int] = {}
         for name, value in constants.items():
@@ -75,22 +75,22 @@ class Numbering:
         for name, value in lets.items():
             self._lets[name] = self.number(value)
 
-    def named(self) -> Iterator[Expr]:
+    def named_values(self) -> Iterator[Expr]:
         """The values of constants and lets in order of dependence, so that no chain is deep."""
         yield from self._constant_values.values()
         yield from self.lets.values()
 
-    def value(self, number: int) -> KnownValue | None:
+    def constant_value(self, number: int) -> KnownValue | None:
         """The value of a number that stands for a known one: a number, truth, member or text."""
         return self._values.get(number)
 
-    def known(self, expr: Expr, bound: Depths | None = None) -> float | None:
+    def constant_number(self, expr: Expr, bound: Depths | None = None) -> float | None:
         """What number an expression is; None if that is not known, or it is no number."""
         value = self._values.get(self.number(expr, bound))
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
-    def looked_through(self, expr: Expr) -> Expr:
-        """What a let or a constant stands for; any other expression itself."""
+    def resolve(self, expr: Expr) -> Expr:
+        """The value of a let or a constant; any other expression itself."""
         while isinstance(expr, (LetRef, ConstantRef)):
             names = self.lets if isinstance(expr, LetRef) else self._constant_values
             if expr.name not in names:
@@ -99,13 +99,13 @@ class Numbering:
         return expr
 
     def item(self, component: Component) -> Expr | None:
-        """What a component of a literal vector is; None if it is converted, or not known."""
-        found = self.written(component)
+        """The item of a literal vector; None if it is converted or unknown."""
+        found = self.literal_item(component)
         return found if found is not None and found.type == component.type else None
 
-    def written(self, component: Component) -> Expr | None:
-        """What a component of a literal vector was written as; None if it is not known."""
-        whole = self.looked_through(component.value)
+    def literal_item(self, component: Component) -> Expr | None:
+        """The item of a literal vector as it is written; None if unknown."""
+        whole = self.resolve(component.value)
         if isinstance(whole, Items) and 0 <= component.index < len(whole.items):
             return whole.items[component.index]
         return None
@@ -113,9 +113,9 @@ class Numbering:
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
         key = id(expr), tuple(bound.items()) if bound else ()
-        known = self._seen.get(key)
+        known = self._cache.get(key)
         if known is None:
-            known = self._seen[key] = expr, self._number(expr, bound or {})
+            known = self._cache[key] = expr, self._number(expr, bound or {})
         return known[1]
 
     def _number(self, expr: Expr, inside: Depths) -> int:
@@ -125,27 +125,27 @@ class Numbering:
             case LetRef(name=name) | ConstantRef(name=name) if name in self._named(expr):
                 return self._named(expr)[name]
             case BoundVariable(name=name):
-                return self._of(("bound", inside.get(name, name)))
+                return self._number_for(("bound", inside.get(name, name)))
             case Number(value=value) | Truth(value=value) | TextLiteral(value=value):
-                return self._known(value)
+                return self._constant_number(value)
             case Member(name=name):
-                return self._known(name)
+                return self._constant_number(name)
             case Component() if (item := self.item(expr)) is not None:
                 return self.number(item, inside)
             case Quantifier(kind=kind, variable=variable, over=over, body=body):
                 depth = len(inside)
                 parts = self.number(over, inside), self.number(body, {**inside, variable: depth})
-                return self._of(("quantifier", kind, *parts))
+                return self._number_for(("quantifier", kind, *parts))
         if isinstance(expr, Clock) and expr.name == "period" and self.period_s is not None:
-            return self._known(self.period_s)
+            return self._constant_number(self.period_s)
         return self._compound(expr, [self.number(child, inside) for child in children(expr)])
 
     def _named(self, expr: LetRef | ConstantRef) -> dict[str, int]:
         return self._lets if isinstance(expr, LetRef) else self._constants
 
     def pair(self, a: int, b: int) -> int:
-        """A number for what two values have to do with each other, whatever their order."""
-        return self._of(("pair", min(a, b), max(a, b)))
+        """A number for an unordered pair of values."""
+        return self._number_for(("pair", min(a, b), max(a, b)))
 
     def range_of(self, expr: Expr, bound: Depths | None = None) -> Range:
         """The least and greatest value of a number, as far as it follows from what it is."""
@@ -161,15 +161,15 @@ class Numbering:
         given = parts
         if isinstance(expr, (Unary, Binary, Builtin)):
             known = [*map(self._typed, children(expr), parts)]
-            folded = _result(expr, known) if isinstance(expr, Builtin) else _fold(expr.op, known)
+            folded = _fold(expr, known)
             if folded is not None:
-                return self._known(folded)
+                return self._constant_number(folded)
         if isinstance(expr, Builtin) and FUNCTIONS[expr.name].compares and len(parts) == 3:
             parts = [*sorted(parts[:2]), parts[2]]
         if isinstance(expr, Binary) and SIGNS[expr.op].commutes:
             parts = sorted(parts)
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
-        number = self._of((type(expr).__name__, whole, *labels(expr), *parts))
+        number = self._number_for((type(expr).__name__, whole, *labels(expr), *parts))
         if number not in self._ranges and isinstance(expr, _NUMBERS):
             self._ranges[number] = self._range(expr, given)
         return number
@@ -187,32 +187,30 @@ class Numbering:
         is_square = isinstance(expr, Binary) and expr.op == "*" and parts[0] == parts[1]
         return ranges.intersection(found, NOT_NEGATIVE) if is_square else found
 
-    def _known(self, value: KnownValue) -> int:
+    def _constant_number(self, value: KnownValue) -> int:
         # 0.0 and -0.0 are equal, but not the same divisor.
         kind = math.copysign(1.0, value) if value == 0.0 and isinstance(value, float) else 1.0
-        number = self._of(("value", isinstance(value, bool), kind, value))
+        number = self._number_for(("value", isinstance(value, bool), kind, value))
         self._values[number] = value
         return number
 
-    def _of(self, key: object) -> int:
+    def _number_for(self, key: object) -> int:
         return self._numbers.setdefault(key, len(self._numbers))
 
 
 def labels(expr: Expr) -> tuple[object, ...]:
-    """What distinguishes a node besides its parts; how many parts it has included."""
+    """The fields of a node that are no nodes; of tuples their length."""
     values = [getattr(expr, name) for name in expr.__match_args__]
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
 
 
-def _fold(op: str, known: list[KnownValue | None]) -> float | None:
-    """The result of arithmetic on known numbers; None if it has none."""
-    if len(known) == 1:
-        return _computed(lambda a: -a if op == "-" else None, known)
-    return _computed(SIGNS[op].value, known)
-
-
-def _result(expr: Builtin, known: list[KnownValue | None]) -> float | None:
-    """The result of a function of known numbers; None if it has none, or not the same anywhere."""
+def _fold(expr: Unary | Binary | Builtin, known: list[KnownValue | None]) -> float | None:
+    """The result of known numbers; None if it has none, or not the same on every machine."""
+    match expr:
+        case Unary(op=op):
+            return _computed(lambda a: -a if op == "-" else None, known)
+        case Binary(op=op):
+            return _computed(SIGNS[op].value, known)
     function = FUNCTIONS[expr.name]
     if not function.is_foldable:
         return None

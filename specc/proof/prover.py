@@ -8,15 +8,15 @@ from functools import cached_property, partial
 from typing import Literal
 
 from specc.model.expr import Expr, Input, children
-from specc.model.fsm import Behaviour, Cause, Transition
+from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
-from specc.proof.decide import Question, Sessions, Solver, is_satisfiable
+from specc.proof.decide import Question, is_satisfiable
+from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
-from specc.proof.relations import conjuncts, connected
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
-from specc.proof.witness import only
+from specc.proof.witness import excluding
 from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
@@ -36,12 +36,8 @@ class Prover:
         subsystem: Subsystem,
         constants: Mapping[str, Expr],
         always_present: Collection[InputName] = (),
-        sessions: Sessions | None = None,
     ) -> None:
-        """`constants` of the system by name, in order of dependence.
-
-        `sessions` are those of the solvers of the whole system.
-        """
+        """`constants` of the system by name, in order of dependence."""
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present
@@ -49,30 +45,16 @@ class Prover:
         self._translator = Translator(*known, period_s)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._sessions = sessions
-        self._solver = Solver(self.numbering, sessions)
-        self._solvers = [self._solver]
+        self._dependencies = Dependencies(self.numbering)
         self._formula = self._translator.formula
         self.timer = self._translator.timer
         self._always_present = frozenset(always_present)
         self._subsystem = subsystem
-        self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
-        self._axioms = tuple(map(self._formula, self._assumed))
+        self._axiom_conditions = tuple(axiom.that for axiom in subsystem.axioms)
+        self._axioms = tuple(map(self._formula, self._axiom_conditions))
         self._questions: dict[object, Question] = {}
-        self._alike: dict[tuple[object, ...], Question] = {}
-        """By the conditions that are asked, which most states have in common, by identity."""
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
-
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether answers do not depend on earlier questions, as those of the solver may."""
-        return not any(solver.was_asked for solver in self._solvers)
-
-    def release(self) -> None:
-        """Let go of the memory of solvers, tens of MB; answers that were given stay."""
-        for solver in self._solvers:
-            solver.release()
 
     def prove_rows(
         self,
@@ -98,8 +80,8 @@ class Prover:
             facts: list[Expr] = [*map(presence, sorted(known)), *invariants]
             came = tuple(map(freshness, sorted(new)))
             decided = question.decide([*map(self._formula, (*facts, *came))])
-            decision = self._decisions[key] = _where_fresh(decided, came)
-        return RowVerdict(rows, _with_repair(decision, rows), question.arrivals)
+            decision = self._decisions[key] = _with_freshness(decided, came)
+        return RowVerdict(rows, with_repair(decision, rows), question.arrivals)
 
     def _question(
         self, state: str, cause: Cause, without: int | None
@@ -110,46 +92,40 @@ class Prover:
         """
         rows = tuple([row for _, row in self._subsystem.rows(state, cause)])
         behaviour = self._subsystem.state(state).behaviour
-        ends = id(behaviour.error.when), id(behaviour.terminal.when)
-        alike = cause, without, *ends, *[id(row.condition.when) for row in rows]
-        question = self._alike.get(alike)
-        if question is None:
-            conditions = tuple(self._formula(row.condition.when) for row in rows)
-            key = conditions, self._context(behaviour, cause), without
-            if key not in self._questions:
-                axioms = [a for index, a in enumerate(self._axioms) if index != without]
-                self._questions[key] = Question(*key[:2], axioms, self._solver)
-            question = self._alike[alike] = self._questions[key]
+        make = self._translator.make
+        conditions = tuple(self._formula(row.condition.when) for row in rows)
+        ended = ((self._formula(when), holds) for when, holds in behaviour.facts_after(cause))
+        context = tuple(f if holds else make.negation(f) for f, holds in ended)
+        key = conditions, context, without
+        if key not in self._questions:
+            axioms = [a for index, a in enumerate(self._axioms) if index != without]
+            self._questions[key] = Question(conditions, context, axioms, make, self._dependencies)
+        question = self._questions[key]
         return question, rows
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
-        near = connected(conjuncts(self._axioms), question.about, self._solver.relations.things)
+        near = connected(conjuncts(self._axioms), question.about, self._dependencies.of)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
-    def related(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
+    def related_facts(self, state: str, cause: Cause, facts: Iterable[Expr]) -> tuple[Expr, ...]:
         """The facts that have to do with the rows of a state and cause."""
         question, _ = self._question(state, cause, None)
         return tuple(fact for fact in facts if question.concerns(self._formula(fact)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
-        return self._can_hold([*map(self._formula, conditions)], self._axioms)
+        return self._is_satisfiable([*map(self._formula, conditions)], self._axioms)
 
-    def constant(self, condition: Expr, *, by_tables: bool = False) -> bool | None:
+    def constant(self, condition: Expr, *, assuming: bool = True) -> bool | None:
         """The truth value of a condition that has only one; None for others and if unknown.
 
-        It is unknown, too, where truth tables alone are to tell and do not.
+        The axioms are left out unless they are to be assumed.
         """
         formula = self._formula(condition)
         for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            possible = (
-                is_satisfiable([asked], None)
-                if by_tables
-                else self._can_hold([asked], self._axioms)
-            )
-            if possible is False:
+            if self._is_satisfiable([asked], self._axioms if assuming else ()) is False:
                 return value
         return None
 
@@ -168,12 +144,12 @@ class Prover:
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
             asked = [*map(self._formula, context), negated]
-            possible = self._can_hold(asked, self._axioms if assuming else ())
+            possible = self._is_satisfiable(asked, self._axioms if assuming else ())
             return None if possible is None else not possible
-        translator, solver = self._anywhere
-        said = [*context, *(self._assumed if moment == "functions" else ())]
+        translator = self._anywhere
+        said = [*context, *(self._axiom_conditions if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = is_satisfiable([*map(translator.formula, said), negated], solver)
+        possible = is_satisfiable([*map(translator.formula, said), negated])
         return None if possible is None else not possible
 
     def reacts(self, condition: Expr, element: Input, member: str) -> bool:
@@ -188,7 +164,7 @@ class Prover:
         def answered(value: str, fresh: bool, present: bool) -> Formula:
             def answer(atom: Atom) -> bool | None:
                 match atom.variable:
-                    case EnumItem(of=of) if of == number:
+                    case EnumItem(number=of) if of == number:
                         return value in atom.test
                     case Arrival(peer=peer, element=name) if (peer, name) == element.key:
                         return fresh if atom.test == "fresh" else present
@@ -201,13 +177,13 @@ class Prover:
         for other in dict.fromkeys(before):
             if other is not came:
                 differs = make.choice(came, make.negation(other), other)
-                if is_satisfiable([differs], None) is not False:
+                if is_satisfiable([differs]) is not False:
                     return True
         return any(self._reads(atom, element) for atom in atoms_of([came]))
 
     def _reads(self, atom: Atom, element: Input) -> bool:
         """Whether the question of an atom is about an input, directly or through lets."""
-        through = self.numbering.looked_through
+        through = self.numbering.resolve
         parts = reachable(
             [through(atom.expr)] if atom.expr else [],
             lambda part: map(through, children(part)),
@@ -216,40 +192,34 @@ class Prover:
 
     def refutes(self, conditions: Iterable[Expr]) -> bool:
         """Whether truth tables alone show that conditions never hold together, at any moment."""
-        return is_satisfiable([*map(self._anywhere[0].formula, conditions)], None) is False
+        return is_satisfiable(map(self._anywhere.formula, conditions)) is False
 
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))
-        if is_satisfiable(self._axioms, self._solver) is not False:
+        if is_satisfiable(self._axioms) is not False:
             return ()
         for index in tuple(core):
             rest = [i for i in core if i != index]
-            if is_satisfiable([self._axioms[i] for i in rest], self._solver) is False:
+            if is_satisfiable([self._axioms[i] for i in rest]) is False:
                 core = rest
         return tuple(core)
 
-    def _context(self, behaviour: Behaviour, cause: Cause) -> tuple[Formula, ...]:
-        """What holds when a behaviour has ended by a cause."""
-        negation = self._translator.make.negation
-        asked = ((self._formula(when), held) for when, held in behaviour.facts_after(cause))
-        return tuple(formula if held else negation(formula) for formula, held in asked)
-
     @cached_property
-    def _anywhere(self) -> tuple[Translator, Solver]:
+    def _anywhere(self) -> Translator:
         """Formulas about any moment, in functions as well."""
-        translator = self._elsewhere()
-        self._solvers.append(Solver(translator.numbering, self._sessions))
-        return translator, self._solvers[-1]
+        return self._elsewhere()
 
-    def _can_hold(self, formulas: Iterable[Formula], axioms: Iterable[Formula]) -> bool | None:
+    def _is_satisfiable(
+        self, formulas: Iterable[Formula], axioms: Iterable[Formula]
+    ) -> bool | None:
         asked = (*formulas, *axioms)
         if asked not in self._possible:
-            self._possible[asked] = is_satisfiable(asked, self._solver)
+            self._possible[asked] = is_satisfiable(asked)
         return self._possible[asked]
 
 
-def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
+def _with_freshness(decision: Decision, came: Iterable[Expr]) -> Decision:
     """The decision with answers that say what is known to be fresh."""
     known = tuple((each, True) for each in came)
     gap, overlap = (
@@ -258,12 +228,12 @@ def _where_fresh(decision: Decision, came: Iterable[Expr]) -> Decision:
     return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
-def _with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
+def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
     """The decision with a repair in terms of the other condition where none is short."""
     overlap = decision.overlap
     if overlap is None or overlap.repair is not None or overlap.repaired is None:
         return decision
     one = overlap.repaired
     (other,) = (index for index in overlap.holding if index != one)
-    repair = only(rows[one].condition.when, rows[other].condition.when)
+    repair = excluding(rows[one].condition.when, rows[other].condition.when)
     return replace(decision, overlap=replace(overlap, repair=repair))

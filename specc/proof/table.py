@@ -1,11 +1,10 @@
-"""Truth tables over the answers that are consistent with each other, and the split into cases."""
+"""Truth tables over the answers that are consistent with each other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import (
@@ -13,14 +12,11 @@ from specc.proof.formula import (
     Answers,
     Atom,
     Formula,
-    ItemQuestions,
+    ItemCollection,
     Variable,
     in_order,
 )
-from specc.proof.verdict import TooLargeError, UnsureError
-
-if TYPE_CHECKING:
-    from specc.proof.solver import Theory
+from specc.proof.verdict import TooLargeError
 
 # Truth tables as long integers: bit i is the value of a formula in the i-th combination.
 #
@@ -83,9 +79,23 @@ class Table:
                     self._bits[part] = self._compute(part)
         return self._bits[formula]
 
+    def all_of(self, formulas: Iterable[Formula]) -> int:
+        """The combinations in which all formulas hold."""
+        bits = self.full
+        for formula in formulas:
+            bits &= self.bits(formula)
+        return bits
+
     def bits_of(self, atom: Atom) -> int:
         """The combinations in which the answer to the question of an atom is yes."""
         return self._atoms[atom]
+
+    def where_answered(self, answers: Iterable[Answered]) -> int:
+        """The combinations with some answers."""
+        bits = self.full
+        for atom, yes in answers:
+            bits &= self.bits_of(atom) if yes else self.full ^ self.bits_of(atom)
+        return bits
 
     def where(self, column: Column, answer: int) -> int:
         """The combinations with one answer of a column."""
@@ -135,13 +145,13 @@ class Table:
 
 
 def _answers(variable: Variable, tests: Sequence[object]) -> list[Answers]:
-    if isinstance(variable, ItemQuestions):
+    if isinstance(variable, ItemCollection):
         return _collection_answers(variable, [t for t in tests if isinstance(t, Formula)])
     answers: list[Answers] = variable.answers(tests)  # type: ignore[arg-type]  # tests of its kind
     return answers
 
 
-def _collection_answers(variable: ItemQuestions, tests: list[Formula]) -> list[Answers]:
+def _collection_answers(variable: ItemCollection, tests: list[Formula]) -> list[Answers]:
     """Which tests some item passes: for every set of kinds of items that can be there."""
     kinds = _kinds_of_items(tests)
     fewest = {(False,) * len(tests): 0}
@@ -171,104 +181,3 @@ def _kinds_of_items(tests: list[Formula]) -> list[Answers]:
         if len(kinds) ** 2 > MOST_KINDS:
             raise TooLargeError(f"quantifiers over more than {len(kinds)} kinds of items")
     return [kind for kind, _ in kinds]
-
-
-# Combinations of a table that are satisfiable: those that the solver refutes are removed.
-
-
-MOST_CHECKS = 300
-"""Combinations of one table that are shown to the solver."""
-
-
-class DecisionProcedure:
-    """Tells which answers to some questions are impossible together; made when first asked."""
-
-    def __init__(self, theory: Callable[..., Theory]) -> None:
-        self._theory = theory
-
-    @cached_property
-    def exact(self) -> Theory:
-        """Of exact numbers. Raises UnsureError without a solver or for too large a question."""
-        return self._theory(exact=True)
-
-    @cached_property
-    def rounded(self) -> Theory:
-        """Of floats, which all runs satisfy. Raises UnsureError like `exact`."""
-        rounded = self._theory(exact=False)
-        return rounded if rounded.rounds else self.exact
-
-
-class Cases:
-    """The combinations in which everything assumed holds."""
-
-    def __init__(
-        self,
-        table: Table,
-        assumed: Sequence[Formula],
-        procedure: DecisionProcedure | None,
-        context: Sequence[Formula] = (),
-    ) -> None:
-        """Without a decision procedure, all combinations count as satisfiable."""
-        self._table = table
-        self._procedure = procedure
-        self._checks = 0
-        self.allowed = table.full
-        for formula in assumed:
-            self.allowed &= table.bits(formula)
-        self._rounded = 0
-        self.context = tuple(context)
-
-    @property
-    def conceivable(self) -> int:
-        """The combinations that are satisfiable with exact or rounded numbers."""
-        return self.allowed | self._rounded
-
-    def find_model(self, bits: int) -> int:
-        """`bits` without unsatisfiable combinations before the first satisfiable one; or 0.
-
-        Raises:
-            UnsureError: the solver does not say.
-        """
-        while bits := bits & self.allowed:
-            core = self._conflict(self._procedure.exact, bits) if self._procedure else None
-            if core is None:
-                return bits
-            assert self._procedure is not None  # it found the conflict
-            struck = self._having(core)
-            if self._procedure.rounded.conflict(core) is None:
-                self._rounded |= struck & self.allowed
-            self.allowed &= ~struck
-        return 0
-
-    def find_rounded_model(self, bits: int) -> int:
-        """Like `some`, of the combinations that are satisfiable only with rounded numbers."""
-        while bits := bits & self._rounded:
-            assert self._procedure is not None  # nothing else knows of rounding
-            core = self._conflict(self._procedure.rounded, bits)
-            if core is None:
-                return bits
-            self._rounded &= ~self._having(core)
-        return 0
-
-    def _conflict(self, theory: Theory, bits: int) -> tuple[Answered, ...] | None:
-        self._checks += 1
-        if self._checks > MOST_CHECKS:
-            raise UnsureError("too many numbers are compared in one table")
-        return theory.conflict(self._answers(bits))
-
-    def _answers(self, bits: int) -> list[Answered]:
-        """The answers in the first combination."""
-        combination = (bits & -bits).bit_length() - 1
-        answers = zip(self._table.columns, self._table.answers_at(combination), strict=True)
-        return [
-            answered
-            for column, answer in answers
-            for answered in zip(column.atoms, column.answers[answer], strict=True)
-        ]
-
-    def _having(self, answers: Sequence[Answered]) -> int:
-        bits = self._table.full
-        for atom, yes in answers:
-            asked = self._table.bits_of(atom)
-            bits &= asked if yes else self._table.full ^ asked
-        return bits

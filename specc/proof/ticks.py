@@ -16,7 +16,7 @@ from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
 from specc.model.requirement import BoolOp, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
-from specc.proof.decide import Solver, is_satisfiable
+from specc.proof.decide import is_satisfiable
 from specc.proof.formula import Formula, Variable, atoms_of
 from specc.proof.translate import Translator
 
@@ -27,7 +27,7 @@ _MOST_RELATED = 12
 
 
 @dataclass(frozen=True, slots=True)
-class _Over:
+class _TemporalFlag:
     """An operator over ticks, `within`, `once` or `since`, as the truth value `flag`."""
 
     op: str
@@ -43,26 +43,21 @@ class Ticks:
         """`constants` in order of dependence; what is `known` holds at every tick."""
         self._translator = Translator({}, constants)
         self.make = self._translator.make
-        self._solver = Solver(self._translator.numbering)
-        self._known = tuple(map(self._translator.formula, known))
-        self._over: dict[object, _Over] = {}
-        self._of_flag: dict[Variable, _Over] = {}
+        self._facts = tuple(map(self._translator.formula, known))
+        self._temporal: dict[object, _TemporalFlag] = {}
+        self._by_variable: dict[Variable, _TemporalFlag] = {}
         # By identity, with the formula itself so that no other one takes its identity.
-        self._asked: dict[int, tuple[TemporalFormula | Expr, Formula]] = {}
+        self._formulas: dict[int, tuple[TemporalFormula | Expr, Formula]] = {}
         self._possible: dict[frozenset[Formula], bool | None] = {}
-
-    def release(self) -> None:
-        """Let go of the memory of the solver."""
-        self._solver.release()
 
     def formula_at(self, formula: TemporalFormula | Expr) -> Formula:
         """A formula, or a condition, at a tick; equal ones are one object."""
-        known = self._asked.get(id(formula))
+        known = self._formulas.get(id(formula))
         if known is None:
-            known = self._asked[id(formula)] = formula, self._made_of(formula)
+            known = self._formulas[id(formula)] = formula, self._translate(formula)
         return known[1]
 
-    def _made_of(self, formula: TemporalFormula | Expr) -> Formula:
+    def _translate(self, formula: TemporalFormula | Expr) -> Formula:
         match formula:
             case TickCondition(that=that):
                 return self._translator.formula(that)
@@ -75,9 +70,9 @@ class Ticks:
                 parts = [self.formula_at(operand) for operand in operands]
                 if op in ("throughout", "historically"):
                     opposite = "within" if op == "throughout" else "once"
-                    inner = self._made(opposite, span_s, (self.make.negation(parts[0]),))
+                    inner = self._flag(opposite, span_s, (self.make.negation(parts[0]),))
                     return self.make.negation(inner)
-                return self._made(op, span_s, tuple(parts))
+                return self._flag(op, span_s, tuple(parts))
         return self._translator.formula(formula)
 
     def is_possible(self, *asked: Formula) -> bool:
@@ -87,50 +82,55 @@ class Ticks:
             if not spend("proof", _OF_A_QUESTION):
                 return True
             self._possible[key] = True  # what follows from itself is not asked again
-            self._possible[key] = is_satisfiable([*asked, *self._around(asked)], self._solver)
+            self._possible[key] = is_satisfiable([*asked, *self._related_facts(asked)])
         return self._possible[key] is not False
 
     def follows(self, asked: Formula, *context: Formula) -> bool:
         """Whether it surely holds at every tick at which the context does."""
         return not self.is_possible(*context, self.make.negation(asked))
 
-    def _made(self, op: str, span_s: Fraction, operands: tuple[Formula, ...]) -> Formula:
+    def _flag(self, op: str, span_s: Fraction, operands: tuple[Formula, ...]) -> Formula:
         key = op, span_s, operands
-        if key not in self._over:
+        if key not in self._temporal:
             # No value has a name with a space in it.
-            name = MemoryRef(f"{op} {len(self._over)}", type=Bool())
+            name = MemoryRef(f"{op} {len(self._temporal)}", type=Bool())
             flag = self._translator.formula(name)
             assert flag.atom is not None  # nothing is known of the name
-            self._over[key] = self._of_flag[flag.atom.variable] = _Over(op, span_s, operands, flag)
-        return self._over[key].flag
+            self._temporal[key] = self._by_variable[flag.atom.variable] = _TemporalFlag(
+                op, span_s, operands, flag
+            )
+        return self._temporal[key].flag
 
-    def _around(self, asked: Sequence[Formula]) -> Iterator[Formula]:
-        """What is known of the values and operators that formulas are about."""
-        over = self._inside(asked)
+    def _related_facts(self, asked: Sequence[Formula]) -> Iterator[Formula]:
+        """The facts and laws about the variables and operators in formulas."""
+        over = self._operators_in(asked)
         told = [*asked, *(operand for each in over for operand in each.operands)]
         variables = {atom.variable for atom in atoms_of(told)}
-        for fact in self._known:
+        for fact in self._facts:
             if any(atom.variable in variables for atom in atoms_of([fact])):
                 yield fact
         for each in over:
-            yield from self._of_one(each)
+            yield from self._laws_of(each)
         if len(over) <= _MOST_RELATED:
             for one in over:
-                yield from (self._implied(one, other) for other in over if _nears(one, other))
+                for other in over:  # `one` reaches no further the same way
+                    same = one is not other and one.op == other.op != "since"
+                    if same and one.span_s <= other.span_s:
+                        yield self._implication(one, other)
 
-    def _inside(self, asked: Sequence[Formula]) -> list[_Over]:
-        """The operators over ticks in formulas, and those in what they are about."""
-        found: dict[_Over, None] = {}
+    def _operators_in(self, asked: Sequence[Formula]) -> list[_TemporalFlag]:
+        """The temporal operators in formulas, nested ones included."""
+        found: dict[_TemporalFlag, None] = {}
         open_ = list(asked)
         while open_:
             for atom in atoms_of([open_.pop()]):
-                each = self._of_flag.get(atom.variable)
+                each = self._by_variable.get(atom.variable)
                 if each is not None and each not in found:
                     found[each] = None
                     open_ += each.operands
         return list(found)
 
-    def _of_one(self, each: _Over) -> Iterator[Formula]:
+    def _laws_of(self, each: _TemporalFlag) -> Iterator[Formula]:
         begun = each.operands[-1]
         yield self.make.disjunction([self.make.negation(begun), each.flag])
         if each.op == "since":
@@ -138,14 +138,8 @@ class Ticks:
         if not self.is_possible(begun):
             yield self.make.negation(each.flag)
 
-    def _implied(self, one: _Over, other: _Over) -> Formula:
-        """That `other` holds wherever `one` does, if it follows."""
+    def _implication(self, one: _TemporalFlag, other: _TemporalFlag) -> Formula:
+        """`one` implies `other`, if that follows; otherwise true."""
         if not self.follows(other.operands[0], one.operands[0]):
             return self.make.true
         return self.make.disjunction([self.make.negation(one.flag), other.flag])
-
-
-def _nears(one: _Over, other: _Over) -> bool:
-    """Whether `one` reaches no further the same way."""
-    same = one is not other and one.op == other.op != "since"
-    return same and one.span_s <= other.span_s

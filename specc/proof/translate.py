@@ -37,17 +37,17 @@ from specc.model.expr import (
     Unary,
 )
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Type, Vector
-from specc.proof.clock import Timer, Turns
+from specc.proof.clock import Timer, TurningPoints
 from specc.proof.formula import (
-    Apart,
     Arrival,
     Atom,
     EnumItem,
     Flag,
     Formula,
     Formulas,
-    ItemQuestions,
+    ItemCollection,
     Label,
+    PoseDistance,
     Quantity,
     Threshold,
     Variable,
@@ -66,7 +66,7 @@ _QUESTIONS: dict[str, tuple[str, bool]] = {
     "!=": ("==", False),
 }
 
-Near = tuple[Quantity | Apart, object]
+Near = tuple[Quantity | PoseDistance, object]
 
 
 class Translator:
@@ -90,7 +90,7 @@ class Translator:
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
         self.timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
-        self._said: dict[object, dict[int, Formula]] = {}
+        self._split_formulas: dict[object, dict[int, Formula]] = {}
         for value in lets.values():
             # In order of dependence, so that no chain of lets is followed by deep recursion.
             self.timer.is_unsure(value)
@@ -111,7 +111,7 @@ class Translator:
         if key not in self._memo:
             # Nothing more is decided then: a condition is a question that nothing is known of.
             is_opaque = is_used_up("proof")
-            whole = self._look_through(expr)
+            whole = self._resolve(expr)
             self._memo[key] = (
                 self._ask(Flag(key[0]), None, whole) if is_opaque else self._translate(whole, bound)
             )
@@ -138,9 +138,9 @@ class Translator:
         return self._atomic(expr, bound)
 
     def _atomic(self, expr: Expr, bound: Depths) -> Formula:
-        turns = self.timer.turns(expr)
+        turns = self.timer.turning_points(expr)
         if turns is not None:
-            return self._in_time(expr, turns)
+            return self._timed(expr, turns)
         match expr:
             case Fresh(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
@@ -153,12 +153,12 @@ class Translator:
             case Builtin() if FUNCTIONS[expr.name].compares and (near := self._near(expr, bound)):
                 return self._ask(*near, expr)
         number = self._numbering.number(expr, bound)
-        value = self._numbering.value(number)
+        value = self._numbering.constant_value(number)
         if isinstance(value, bool):
             return self.make.constant(value)
         return self._ask(Flag(number), None, expr)
 
-    def _look_through(self, expr: Expr) -> Expr:
+    def _resolve(self, expr: Expr) -> Expr:
         while isinstance(expr, LetRef) and expr.name in self._lets:
             expr = self._lets[expr.name]
         return expr
@@ -169,56 +169,64 @@ class Translator:
         formula = self.make.atom(Atom(variable, test, expr, holds, unsure))
         return formula if holds else self.make.negation(formula)
 
-    def _in_time(self, expr: Expr, turns: Turns) -> Formula:
+    def _timed(self, expr: Expr, turns: TurningPoints) -> Formula:
         """A condition as questions about the number of periods that the state has lasted."""
         holds = turns.first == (len(turns.at) % 2 == 0)
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            asked = (expr, holds) if len(turns.at) == 1 else (self.timer.lasted("<", turn), True)
+            asked = (
+                (expr, holds)
+                if len(turns.at) == 1
+                else (self.timer.elapsed_condition("<", turn), True)
+            )
             periods = Quantity("periods", (), True, 1.0)
             before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
             formula = self.make.choice(before, self.make.constant(holds), formula)
         return formula
 
-    def _compare(self, whole: Compare, bound: Depths) -> Formula:
+    def _compare(self, comparison: Compare, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
-        turns = self.timer.turns(whole)
+        turns = self.timer.turning_points(comparison)
         if turns is not None:
-            return self._in_time(whole, turns)
-        op, left, right = whole.op, self._look_through(whole.left), self._look_through(whole.right)
+            return self._timed(comparison, turns)
+        op, left, right = (
+            comparison.op,
+            self._resolve(comparison.left),
+            self._resolve(comparison.right),
+        )
         if isinstance(left, Choice):
             key = "left", op, self._numbering.number(right, bound)
             return self._split(
-                left, key, bound, lambda a: self._compare(replace(whole, left=a), bound)
+                left, key, bound, lambda a: self._compare(replace(comparison, left=a), bound)
             )
         if isinstance(right, Choice):
             key = "right", op, self._numbering.number(left, bound)
             return self._split(
-                right, key, bound, lambda b: self._compare(replace(whole, right=b), bound)
+                right, key, bound, lambda b: self._compare(replace(comparison, right=b), bound)
             )
         if kind(left.type).sort in ("truth", "item"):
-            return self._same(whole, left, right, op == "==", bound)
+            return self._same(comparison, left, right, op == "==", bound)
         question = self._question(op, left, right, bound)
         if isinstance(question, bool):
             return self.make.constant(question)
         variable, test, holds = question
-        return self._ask(variable, test, whole, holds)
+        return self._ask(variable, test, comparison, holds)
 
     def _split(
-        self, choice: Choice, key: object, bound: Depths, said_of: Callable[[Expr], Formula]
+        self, choice: Choice, key: object, bound: Depths, formula_of: Callable[[Expr], Formula]
     ) -> Formula:
         """What is said of a choice, as a choice of what is said of values; once for each `key`.
 
         Values are followed through lets, of which a chain may be long: so without recursion.
         """
-        known = self._said.setdefault((key, len(bound)), {})
+        known = self._split_formulas.setdefault((key, len(bound)), {})
         number = partial(self._numbering.number, bound=bound)
         open_: list[Expr] = [choice]
         while open_:
-            value = self._look_through(open_[-1])
+            value = self._resolve(open_[-1])
             if not isinstance(value, Choice):
-                known[number(open_.pop())] = said_of(value)
+                known[number(open_.pop())] = formula_of(value)
                 continue
             arms = self._arms(value)
             if missing := [arm for arm in arms if number(arm) not in known]:
@@ -230,7 +238,7 @@ class Translator:
 
     def _arms(self, choice: Choice) -> tuple[Expr, Expr]:
         """The values that a choice is one of: an integer beside a real becomes a float."""
-        then, otherwise = (self._look_through(arm) for arm in (choice.then, choice.otherwise))
+        then, otherwise = (self._resolve(arm) for arm in (choice.then, choice.otherwise))
         return _as_float(then, choice.type), _as_float(otherwise, choice.type)
 
     def _question(
@@ -238,7 +246,10 @@ class Translator:
     ) -> tuple[Quantity, Threshold, bool] | bool:
         """Quantity, question and the answer with which `left op right`; or its known truth."""
         a, b = self._numbering.number(left, bound), self._numbering.number(right, bound)
-        x, y = self._numbering.known(left, bound), self._numbering.known(right, bound)
+        x, y = (
+            self._numbering.constant_number(left, bound),
+            self._numbering.constant_number(right, bound),
+        )
         if x is not None and y is not None:
             return bool(COMPARISONS[op](x, y))
         if a == b:
@@ -246,17 +257,19 @@ class Translator:
         if x is not None or (y is None and a > b):
             left, right, a, b, y, op = right, left, b, a, x, MIRRORED[op]
         if y is not None and isinstance(left, Unary):
-            return self._question(MIRRORED[op], left.operand, _negative(right), bound)
+            negative = Unary("-", right, type=right.type)
+            return self._question(MIRRORED[op], left.operand, negative, bound)
         parts = self._subtracted(left) if y is not None else None
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
-            apart = self._subtracted(self._look_through(left.args[0]))
-            if apart is not None:
+            apart = self._subtracted(self._resolve(left.args[0]))
+            if apart is not None:  # the distance of two floats is the same in both directions
                 asked, holds = _QUESTIONS[op]
-                return self._distance(*apart, bound), (asked, y), holds
+                one, other = sorted(self._numbering.number(side, bound) for side in apart)
+                return Quantity("distance", (one, other), False, 0.0), (asked, y), holds
         if y is None:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
@@ -273,44 +286,40 @@ class Translator:
         floats = isinstance(expr.left.type, Real) and isinstance(expr.right.type, Real)
         return (expr.left, expr.right) if floats else None
 
-    def _distance(self, a: Expr, b: Expr, bound: Depths) -> Quantity:
-        """How far two floats are from each other, which is the same in both directions."""
-        one, other = sorted(self._numbering.number(side, bound) for side in (a, b))
-        return Quantity("distance", (one, other), False, 0.0)
-
     def _near(self, expr: Builtin, bound: Depths) -> Near | None:
         """`near` as a question about how far apart two values are, so that tolerances are related.
 
         None for a tolerance that is not constant. Poses have two tolerances.
         """
         a, b = (self._numbering.number(arg, bound) for arg in expr.args[:2])
-        match [self._numbering.known(limit, bound) for limit in expr.args[2:]]:
+        match [self._numbering.constant_number(limit, bound) for limit in expr.args[2:]]:
             case [float() | int() as tolerance]:
                 return Quantity("distance", (min(a, b), max(a, b)), False, 0.0), ("<=", tolerance)
             case [float() | int() as distance, float() | int() as angle]:
-                return Apart((a, b)), (distance, angle)
+                return PoseDistance((a, b)), (distance, angle)
         return None
 
-    def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
+    def _same(self, comparison: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
         if isinstance(a.type, Bool):
             p, q = self._bool(a, bound), self._bool(b, bound)
-            return self.make.choice(p, *_either(q, self.make.negation(q), holds))
+            opposite = self.make.negation(q)
+            return self.make.choice(p, *((q, opposite) if holds else (opposite, q)))
         x, y = (self._numbering.number(side, bound) for side in (a, b))
-        known_x, known_y = self._numbering.value(x), self._numbering.value(y)
+        known_x, known_y = self._numbering.constant_value(x), self._numbering.constant_value(y)
         if x == y or (known_x is not None and known_y is not None):
             return self.make.constant((x == y) == holds)
         if known_x is not None:
             a, x, known_y = b, y, known_x
         if isinstance(a.type, Enum) and known_y is not None:
             variable = EnumItem(x, a.type.members, a)
-            return self._ask(variable, frozenset((known_y,)), whole, holds)
+            return self._ask(variable, frozenset((known_y,)), comparison, holds)
         if isinstance(a.type, Enum):
             items = EnumItem(x, a.type.members, a), EnumItem(y, a.type.members, b)
             return self._same_item(items, holds)
         if known_y is not None:
-            return self._ask(Label(x), known_y, whole, holds)
-        return self._ask(Flag(self._numbering.pair(x, y)), None, whole, holds)
+            return self._ask(Label(x), known_y, comparison, holds)
+        return self._ask(Flag(self._numbering.pair(x, y)), None, comparison, holds)
 
     def _same_item(self, items: tuple[EnumItem, EnumItem], holds: bool) -> Formula:
         """Whether two items of an enum are the same member, whichever it is."""
@@ -320,45 +329,48 @@ class Translator:
         )
         return same if holds else self.make.negation(same)
 
-    def _among(self, whole: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
-        item = self._look_through(item)
+    def _among(self, among: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
+        item = self._resolve(item)
         number = self._numbering.number(item, bound)
         if isinstance(item, Choice):
             return self._split(
-                item, members, bound, lambda one: self._among(whole, one, members, bound)
+                item, members, bound, lambda one: self._among(among, one, members, bound)
             )
-        known = self._numbering.value(number)
+        known = self._numbering.constant_value(number)
         enum = item.type
         if known is not None or not isinstance(enum, Enum) or members >= set(enum.members):
             return self.make.constant(known is None or known in members)
-        return self._ask(EnumItem(number, enum.members, item), members, whole)
+        return self._ask(EnumItem(number, enum.members, item), members, among)
 
-    def _is_none(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
+    def _is_none(self, is_none: Expr, value: Expr, bound: Depths) -> Formula:
         """Whether an optional value is missing; a choice may miss one in each branch."""
-        value = self._look_through(value)
+        value = self._resolve(value)
         if isinstance(value, Nothing):
             return self.make.true
         if isinstance(value, Choice):
             return self._split(
-                value, "none", bound, lambda one: self._is_none(_none(one), one, bound)
+                value,
+                "none",
+                bound,
+                lambda one: self._is_none(IsNone(one, type=Bool()), one, bound),
             )
         if not isinstance(value.type, OptionalOf):
             return self.make.false
-        number = self._numbering.number(whole, bound)
-        return self._ask(Flag(number), None, whole)
+        number = self._numbering.number(is_none, bound)
+        return self._ask(Flag(number), None, is_none)
 
-    def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
+    def _quantifier(self, quantifier: Quantifier, bound: Depths) -> Formula:
         """`any(body)`; `all(body)` says that there is no item for which the body is false."""
-        body = self._bool(whole.body, {**bound, whole.variable: len(bound)})
-        exists = whole.kind == "any"
+        body = self._bool(quantifier.body, {**bound, quantifier.variable: len(bound)})
+        exists = quantifier.kind == "any"
         test = body if exists else self.make.negation(body)
         if test is self.make.false:
             return self.make.constant(not exists)
-        over = whole.over.type
+        over = quantifier.over.type
         size = over.size if isinstance(over, Vector) else None
-        number = self._numbering.number(whole.over, bound)
+        number = self._numbering.number(quantifier.over, bound)
         nonempty = isinstance(over, ListOf) and over.nonempty
-        return self._ask(ItemQuestions(number, size, nonempty), test, whole, exists)
+        return self._ask(ItemCollection(number, size, nonempty), test, quantifier, exists)
 
 
 def _as_float(arm: Expr, place: Type) -> Expr:
@@ -375,15 +387,3 @@ def _tests(value: Expr) -> Iterator[Expr]:
     """The tests that choose what a value is."""
     if isinstance(value, Choice):
         yield from (value.test, *_tests(value.then), *_tests(value.otherwise))
-
-
-def _none(value: Expr) -> Expr:
-    return IsNone(value, type=Bool())
-
-
-def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:
-    return (same, other) if holds else (other, same)
-
-
-def _negative(expr: Expr) -> Expr:
-    return Unary("-", expr, type=expr.type)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Transition
@@ -16,7 +17,7 @@ class TooLargeError(Exception):
     """The formulas have too many combinations for tables; the message says how many of what."""
 
 
-class UnsureError(Exception):
+class SolverError(Exception):
     """The solver gave no answer within its bounds, or is not installed; the message says so."""
 
     def __init__(self, reason: str, way_out: str = "") -> None:
@@ -68,12 +69,40 @@ class Witness:
     repaired: int | None = None
     answers: TruthAssignment = ()
     everywhere: Expr | None = None
-    some: bool = False
+    is_partial: bool = False
 
-    def needs_old(self, elements: Collection[InputName]) -> bool:
+    def excludes_freshness(self, elements: Collection[InputName]) -> bool:
         """Whether it says that one of some inputs is not fresh."""
         asked = (asked for asked, yes in self.answers if isinstance(asked, Fresh) and not yes)
         return any(each.input.key in elements for each in asked)
+
+
+@dataclass(frozen=True, slots=True)
+class SolverAnswer:
+    """What the solver says of an open question: what refutes it, or why it does not tell."""
+
+    gap: Witness | None = None
+    overlap: Witness | None = None
+    unknown: str = ""
+    way_out: str = ""
+
+    @property
+    def proved(self) -> bool:
+        """Whether exactly one condition holds, whatever the floats of a run are."""
+        return not (self.gap or self.overlap or self.unknown)
+
+
+class OpenQuestion(Protocol):
+    """Whether exactly one of several conditions holds, left open by tables."""
+
+    def solve(self) -> SolverAnswer:
+        """What the solver says, if it is installed."""
+
+    def witness_of(self, value: Callable[[Expr], object], holding: tuple[int, ...]) -> Witness:
+        """The witness of a situation in which the conditions `holding` do.
+
+        `value` gives what expressions are worth in it; None where they have no value.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +123,11 @@ class Decision:
     overlap: Witness | None = None
     """Where two conditions hold."""
     unknown: str = ""
+    """Why it is not decided."""
     way_out: str = ""
     """How to have it proved, where that depends on what is unknown."""
+    open: OpenQuestion | None = field(default=None, compare=False, repr=False)
+    """What the solver may answer of it, and values may show; the answer changes no other part."""
 
     @property
     def proved(self) -> bool:
@@ -112,17 +144,21 @@ class RowVerdict:
     arrivals: frozenset[InputName] = frozenset()
     """Inputs that it depends on whether they have arrived."""
 
-    def where_fresh(self, by: Decision, fresh: Collection[InputName]) -> RowVerdict:
+    def where_fresh(self, decision: Decision, fresh: Collection[InputName]) -> RowVerdict:
         """This verdict where some inputs are known to be fresh, with the decision `by` then.
 
         Which rows may apply, and what they ensure, stays; so does a witness that may still be.
         """
         mine = self.decision
+        if mine.open:
+            return self.refuted_by(decision)
         gap, overlap = (
-            None if now is None or was is None or was.needs_old(fresh) else was
-            for was, now in ((mine.gap, by.gap), (mine.overlap, by.overlap))
+            None if now is None or was is None or was.excludes_freshness(fresh) else was
+            for was, now in ((mine.gap, decision.gap), (mine.overlap, decision.overlap))
         )
-        return self.refuted_by(replace(by, gap=gap or by.gap, overlap=overlap or by.overlap))
+        return self.refuted_by(
+            replace(decision, gap=gap or decision.gap, overlap=overlap or decision.overlap)
+        )
 
     def refuted_by(self, decision: Decision) -> RowVerdict:
         """This verdict with other refutations; which rows may apply and what they ensure stays."""
@@ -141,16 +177,16 @@ class RowVerdict:
         return self.decision.proved
 
 
-# What is true of exact numbers, and not proved of those that a run has.
+# Where tables do not tell.
 
 
-WAY_OUT = (
+INSTALL = (
+    "the generated code checks it in every run; to know whether it can fail, "
+    "`pip install '.[proof]'` in a checkout of specc"
+)
+ROUNDED = (
     "the generated code checks it in every run; to have it proved, compare one and the same sum "
     "in all rows, as in `a + b < c` and `not (a + b < c)`"
-)
-INSTALL = (
-    "the generated code checks it in every run; to have it proved, "
-    "`pip install '.[proof]'` in a checkout of specc"
 )
 TIMED = (
     "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
@@ -158,19 +194,7 @@ TIMED = (
 )
 
 
-def rounding(rounded: Decision, facts: FactTexts) -> Decision:
-    """The verdict where only rounded sums can go wrong, with the answers of such a case."""
-    case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
-    return replace(
-        rounded,
-        gap=None,
-        overlap=None,
-        unknown=f"it is true of exact numbers, but floats are rounded, which may make {case}",
-        way_out=WAY_OUT,
-    )
-
-
-def time(refuted: Decision, question: str) -> Decision:
+def untracked_time(refuted: Decision, question: str) -> Decision:
     """The verdict where what a run computes from the time may make a refutation wrong."""
     return replace(
         refuted,

@@ -1,4 +1,4 @@
-"""Situations that refute a table, and the condition that would end an overlap."""
+"""Describes situations that refute a table, and the condition that resolves an overlap."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from specc.model.expr import Compare, Expr, IsOneOf, Member, junction, opposite
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
-from specc.proof.table import Cases, Column, Table
-from specc.proof.verdict import FactTexts, TruthAssignment, UnsureError, Witness
+from specc.proof.table import Column, Table
+from specc.proof.verdict import FactTexts, TruthAssignment, Witness
 
 # Conditions that say where a fault is, or end an overlap, in the words that the conditions use.
 
@@ -25,23 +25,20 @@ class _Literal:
 
     expr: Expr
     bits: int
-    is_in_question: bool
+    is_asked: bool
 
 
-def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom]) -> Expr | None:
-    """A condition that, in the cases that can be, holds in those of `target` and in no other.
+def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom]) -> Expr | None:
+    """A condition that, in the cases `allowed`, holds in those of `target` and in no other.
 
     None if there is no such case or it takes more than `MOST_CASES` alternatives.
-
-    Raises:
-        UnsureError: it is not known which cases can be.
     """
     found: list[Expr] = []
     left = target
-    while left := cases.find_model(left):
+    while left := left & allowed:
         if len(found) == MOST_CASES:
             return None
-        case = _smallest(_literals(table, left, asked), table.full, cases.allowed & ~target)
+        case = _minimise(list(_literals(table, left, asked)), table.full, allowed & ~target)
         bits = table.full
         for literal in case:
             bits &= literal.bits
@@ -50,15 +47,15 @@ def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom
     return junction("or", found) if found else None
 
 
-def only(condition: Expr, other: Expr) -> Expr:
+def excluding(condition: Expr, other: Expr) -> Expr:
     """The condition without what another one has in common with it."""
     return junction("and", [condition, opposite(other)])
 
 
-def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
-    """As few of the literals as keep all forbidden combinations out; those not asked go first."""
+def _minimise(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:
+    """A minimal subset of the literals that excludes all forbidden combinations."""
     kept = list(literals)
-    for literal in sorted(literals, key=lambda item: item.is_in_question):
+    for literal in sorted(literals, key=lambda item: item.is_asked):
         rest = [other for other in kept if other is not literal]
         bits = full
         for other in rest:
@@ -68,118 +65,98 @@ def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_
     return kept
 
 
-def _literals(table: Table, left: int, asked: frozenset[Atom]) -> list[_Literal]:
+def _literals(table: Table, left: int, asked: frozenset[Atom]) -> Iterator[_Literal]:
     """What is answered in the first combination of `left`; whether something came goes first."""
     combination = (left & -left).bit_length() - 1
     answers = zip(table.columns, table.answers_at(combination), strict=True)
-    found = sorted(answers, key=lambda item: not isinstance(item[0].variable, Arrival))
-    return [literal for item in found for literal in _of(table, *item, asked)]
-
-
-def _of(table: Table, column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[_Literal]:
-    answered = list(zip(column.atoms, column.answers[answer], strict=True))
-    if isinstance(column.variable, EnumItem):
-        expr = _among(column.variable, answered)
-        is_asked = not asked.isdisjoint(column.atoms)
-        yield _Literal(expr, table.where(column, answer), is_asked)
-        return
-    for atom, yes in answered:
-        assert atom.expr is not None  # only atoms about members have none
-        expr = atom.expr if yes == atom.text_holds else opposite(atom.expr)
-        bits = table.bits_of(atom)
-        yield _Literal(expr, bits if yes else table.full ^ bits, atom in asked)
-
-
-def _among(item: EnumItem, answered: Sequence[tuple[Atom, bool]]) -> Expr:
-    assert item.expr is not None  # the translator gives it
-    members = [m for m in item.members if all((m in atom.test) == yes for atom, yes in answered)]
-    if len(members) == 1:
-        member = Member(members[0], type=item.expr.type)
-        return Compare("==", item.expr, member, type=_BOOL)
-    return IsOneOf(item.expr, frozenset(members), type=_BOOL)
+    for column, answer in sorted(answers, key=lambda i: not isinstance(i[0].variable, Arrival)):
+        answered = list(zip(column.atoms, column.answers[answer], strict=True))
+        if isinstance(item := column.variable, EnumItem):
+            assert item.expr is not None  # the translator gives it
+            members = _members(item, answered)
+            expr: Expr = IsOneOf(item.expr, frozenset(members), type=_BOOL)
+            if len(members) == 1:
+                member = Member(members[0], type=item.expr.type)
+                expr = Compare("==", item.expr, member, type=_BOOL)
+            is_asked = not asked.isdisjoint(column.atoms)
+            yield _Literal(expr, table.where(column, answer), is_asked)
+            continue
+        for atom, yes in answered:
+            assert atom.expr is not None  # only atoms about members have none
+            expr = atom.expr if yes == atom.holds_if else opposite(atom.expr)
+            yield _Literal(expr, table.where_answered([(atom, yes)]), atom in asked)
 
 
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
 
 
-def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
-    """That none of the conditions holds in the combinations `faults`, of which the first can be."""
+def no_row(
+    table: Table,
+    allowed: int,
+    faults: int,
+    conditions: Sequence[Formula],
+    context: Sequence[Formula],
+) -> Witness:
+    """That none of the conditions holds in the combinations `faults`."""
     asked = frozenset(atoms_of(conditions))
-    try:
-        return _witness(table, cases, faults, faults, asked)
-    except UnsureError:
-        facts, answers, _ = describe(table, faults & -faults, cases.conceivable, asked)
-        return Witness(facts, answers=answers, some=True)
+    return _witness(table, allowed, faults, faults, asked, context)
 
 
-def two_rows(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
-    """That several conditions hold in the combinations `faults`, of which the first can be.
+def two_rows(
+    table: Table,
+    allowed: int,
+    faults: int,
+    conditions: Sequence[Formula],
+    context: Sequence[Formula],
+) -> Witness:
+    """That several conditions hold in the combinations `faults`.
 
     The condition to narrow keeps the combinations in which no other one holds, so it stays
-    distinct. If there are none, narrowing could only make two conditions equal.
+    distinct. If there are none, narrowing could only make two conditions equal. Of several it is
+    the one that is left with the fewest faults, or the last of them.
     """
-    rows = [table.bits(condition) for condition in conditions]
+    rows = [table.bits(condition) & allowed for condition in conditions]
     asked = frozenset(atoms_of(conditions))
-    try:
-        repaired, first = _narrowed(cases, rows, faults)
-        second = next(
-            index
-            for index, row in enumerate(rows)
-            if index != first and cases.find_model(row & rows[first])
-        )
-        pair = min(first, second), max(first, second)
-        both = cases.find_model(rows[first] & rows[second])
-        found = replace(_witness(table, cases, both, faults, asked), holding=pair)
-        if repaired is None:
-            return found
-        repair = condition_for(table, cases, rows[repaired] & ~faults, asked)
-        return replace(found, repair=repair, repaired=repaired)
-    except UnsureError:
-        shown = faults & -faults
-        first, second, *_ = (index for index, row in enumerate(rows) if row & shown)
-        facts, answers, _ = describe(table, shown, cases.conceivable, asked)
-        return Witness(facts, (first, second), answers=answers, some=True)
-
-
-def _narrowed(cases: Cases, rows: Sequence[int], faults: int) -> tuple[int | None, int]:
-    """The condition that could ask for less, if one could, and one that holds in the faults.
-
-    Of several it is the one that is left with the fewest faults, or the last of them.
-    """
-    holding = [index for index, row in enumerate(rows) if cases.find_model(row & faults)]
-    able = [index for index in holding if cases.find_model(rows[index] & ~faults)]
-    chosen = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
-    return chosen if able else None, chosen
+    holding = [index for index, row in enumerate(rows) if row & faults]
+    able = [index for index in holding if rows[index] & ~faults]
+    first = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
+    second = next(i for i, row in enumerate(rows) if i != first and row & rows[first])
+    both = rows[first] & rows[second]
+    found = _witness(table, allowed, both, faults, asked, context)
+    found = replace(found, holding=(min(first, second), max(first, second)))
+    if not able:
+        return found
+    repair = condition_for(table, allowed, rows[first] & ~faults, asked)
+    return replace(found, repair=repair, repaired=first)
 
 
 def _witness(
-    table: Table, cases: Cases, shown: int, faults: int, asked: frozenset[Atom]
+    table: Table,
+    allowed: int,
+    shown: int,
+    faults: int,
+    asked: frozenset[Atom],
+    context: Sequence[Formula],
 ) -> Witness:
-    """A situation of `shown`, and what all `faults` have in common.
-
-    Raises:
-        UnsureError: it is not known which cases can be.
-    """
-    facts, answers, told = describe(table, shown, cases.conceivable, asked)
-    causes = _causes(table, cases, told) if facts else {}
-    facts += tuple(fact for item in causes.items() for fact in _facts(*item, asked))
-    answers += tuple(said for item in causes.items() for said in _answers(*item))
+    """A situation of `shown`, and what all `faults` have in common."""
+    facts, answers, told = describe(table, shown, allowed, asked)
+    causes = _causes(table, told, context) if facts else {}
+    facts += tuple(fact for item in causes.items() for fact in fact_texts(*item, asked))
+    answers += tuple(said for item in causes.items() for said in truth_assignment(*item))
     found = Witness(facts, answers=answers)
-    if not cases.find_model(faults & ~told):
+    if not faults & ~told:
         return found
-    everywhere = condition_for(table, cases, faults, asked)
-    return replace(found, everywhere=everywhere, some=everywhere is None)
+    everywhere = condition_for(table, allowed, faults, asked)
+    return replace(found, everywhere=everywhere, is_partial=everywhere is None)
 
 
-def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
+def _causes(table: Table, told: int, context: Sequence[Formula]) -> dict[Column, int]:
     """What must have ended a state where `told` holds, of all that may end it.
 
     A proof does not need it, but a reader looks for the cause; that time passes is not one.
     """
-    ended = told
-    for formula in cases.context:
-        ended &= table.bits(formula)
-    asked = frozenset(atoms_of(cases.context))
+    ended = told & table.all_of(context)
+    asked = frozenset(atoms_of(context))
     found: dict[Column, int] = {}
     for column in table.columns if ended else ():
         if isinstance(column.variable, Quantity) and column.variable.kind == "periods":
@@ -205,36 +182,28 @@ def describe(
     chosen = dict(zip(table.columns, table.answers_at(combination), strict=True))
     for column in sorted(table.columns, key=lambda c: not asked.isdisjoint(c.atoms)):
         rest = {c: answer for c, answer in chosen.items() if c is not column}
-        if not _common(table, rest) & allowed & ~faults:
+        if not _combinations(table, rest) & allowed & ~faults:
             chosen = rest
     found = chosen.items()
     for column in chosen:
-        if not _as_told(table, chosen, asked) & allowed & ~faults:
+        stated = (item for each in found for item in _stated_answers(*each, asked))
+        if not table.where_answered(stated) & allowed & ~faults:
             break
         asked |= frozenset(column.atoms)
-    facts = tuple(fact for column, answer in found for fact in _facts(column, answer, asked))
-    answers = tuple(said for column, answer in found for said in _answers(column, answer))
-    return facts, answers, _common(table, chosen)
+    facts = tuple(fact for column, answer in found for fact in fact_texts(column, answer, asked))
+    answers = tuple(said for column, answer in found for said in truth_assignment(column, answer))
+    return facts, answers, _combinations(table, chosen)
 
 
-def _common(table: Table, chosen: Mapping[Column, int]) -> int:
+def _combinations(table: Table, chosen: Mapping[Column, int]) -> int:
     bits = table.full
     for column, answer in chosen.items():
         bits &= table.where(column, answer)
     return bits
 
 
-def _as_told(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom]) -> int:
-    """The combinations in which the facts hold as they are put in words."""
-    bits = table.full
-    for column, answer in chosen.items():
-        for atom, yes in _literals_of(column, answer, asked):
-            bits &= table.bits_of(atom) if yes else ~table.bits_of(atom)
-    return bits
-
-
-def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
-    """What is told of one answer; atoms that are not asked only where none of it is."""
+def _stated_answers(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
+    """The atoms of one answer to report: those that are asked, or all if none is."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     if isinstance(column.variable, EnumItem):
         return answered
@@ -244,17 +213,17 @@ def _literals_of(column: Column, answer: int, asked: frozenset[Atom]) -> list[tu
     return [(atom, yes) for atom, yes in answered if atom in asked] or answered
 
 
-def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
+def fact_texts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
     """One answer of a column in words."""
-    told = _literals_of(column, answer, asked)
+    told = _stated_answers(column, answer, asked)
     if isinstance(column.variable, EnumItem):
         yield column.variable.text, " or ".join(_members(column.variable, told))
         return
     for atom, yes in told:
-        yield atom.text, "true" if yes == atom.text_holds else "false"
+        yield atom.text, "true" if yes == atom.holds_if else "false"
 
 
-def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
+def truth_assignment(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
     """One answer of a column as expressions with their truth values."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     variable = column.variable
@@ -264,7 +233,7 @@ def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
         return
     for atom, yes in answered:
         if atom.expr is not None:
-            yield atom.expr, yes == atom.text_holds
+            yield atom.expr, yes == atom.holds_if
 
 
 def _members(item: EnumItem, answered: list[tuple[Atom, bool]]) -> list[str]:

@@ -4,7 +4,7 @@
 `FreeVariables` allow, until it meets the goals; the `Interpreter` evaluates expressions in it.
 """
 
-from specc.search.search import Goal, SearchBudget, find, showing
+from specc.search.search import Goal, SearchBudget, find, refutation_goals
 from specc.search.situation import (
     NO_VALUE,
     FreeVariables,
@@ -27,6 +27,6 @@ __all__ = [
     "Situation",
     "find",
     "lag_key",
+    "refutation_goals",
     "runnable",
-    "showing",
 ]

@@ -1,4 +1,4 @@
-"""A situation in as few words as possible."""
+"""Describes a situation in as few words as possible."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
 
 
-def says_all(asked: m.Expr) -> bool:
-    """Whether the answer to a question is the value of all that it is about."""
+def is_complete_answer(asked: m.Expr) -> bool:
+    """Whether the answer to a question determines the values it depends on."""
     match asked:
         case m.Fresh() | m.Present():
             return True
@@ -81,7 +81,7 @@ _SMALL = (1, -1, 2, -2, 3, -3, 5, -5, 10, -10)
 _DIGITS = range(1, 10)
 
 
-def tidied(
+def simplify(
     found: Situation,
     start: Situation,
     about: Sequence[m.Expr],
@@ -94,15 +94,15 @@ def tidied(
     """
     calls = [leaf for leaf in about if isinstance(leaf, m.Call)]
     for node in (node for leaf in about for node in m.walk(leaf)):
-        for simpler in _simpler(node, found, start):
-            answered = _answered(calls, simpler, found, meaning)
+        for simpler in _simpler_situations(node, found, start):
+            answered = _with_answers(calls, simpler, found, meaning)
             if shows(answered):
                 found = answered
                 break
     return found
 
 
-def _answered(
+def _with_answers(
     calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Interpreter
 ) -> Situation:
     """A situation in which operators give what they gave before."""
@@ -117,18 +117,18 @@ def _answered(
     return at
 
 
-def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:
+def _simpler_situations(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:
     match node:
         case m.Input(key=name):
             if name in at.fresh:
                 yield replace(at, fresh=at.fresh - {name})
-            for value in _plainer(at.inputs[name], start.inputs[name]):
+            for value in _simpler_values(at.inputs[name], start.inputs[name]):
                 yield replace(at, inputs={**at.inputs, name: value})
         case m.MemoryRef(name=memory):
-            for value in _plainer(at.memory[memory], start.memory[memory]):
+            for value in _simpler_values(at.memory[memory], start.memory[memory]):
                 yield replace(at, memory={**at.memory, memory: value})
         case m.Lag() if (key := lag_key(node)) in at.lags:
-            for value in _plainer(at.lags[key], type(at.lags[key])(0)):
+            for value in _simpler_values(at.lags[key], type(at.lags[key])(0)):
                 if value >= 0:
                     yield replace(at, lags={**at.lags, key: value})
         case m.Clock(name="elapsed") if at.periods > 2:
@@ -136,7 +136,7 @@ def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situatio
             yield replace(at, periods=at.periods - 1)
 
 
-def _plainer(value: Value, first: Value) -> Iterator[Value]:
+def _simpler_values(value: Value, first: Value) -> Iterator[Value]:
     if repr(value) != repr(first):
         yield first
         if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -163,7 +163,7 @@ def _rounded(value: Value, digits: int) -> Value:
 MOST_ITEMS, MOST_OTHERS = 8, 3
 
 
-def worded(value: Value, type_: Type) -> str | None:
+def value_text(value: Value, type_: Type) -> str | None:
     """`0.2 s`, `[u, u, g]`, `translation(0, 0, 1)`; None for what only operators look into."""
     if value is None:
         return "None"
@@ -174,7 +174,7 @@ def worded(value: Value, type_: Type) -> str | None:
         return _listed([number(item) for item in value]) + unit(type_)
     if kind(type_).sort != "other":
         return _scalar(value, type_)
-    inside = kind(type_).map_parts(type_, value, lambda part, item: worded(item, part))
+    inside = kind(type_).map_parts(type_, value, lambda part, item: value_text(item, part))
     if isinstance(inside, tuple):
         return _items(inside)
     if isinstance(inside, Fields):
@@ -255,17 +255,17 @@ def example(
 
     It says what the questions `about` depend on and nothing else.
     """
-    if budget.left <= 0:
+    if budget.remaining <= 0:
         return None
     found = find(meaning, start, goals, freedom, budget)
-    if found is None or not _shows(meaning, goals, found):
+    if found is None or not _meets_strictly(meaning, goals, found):
         return None
     parts = list(leaves(about, meaning.lets))
-    found = tidied(found, start, parts, meaning, lambda at: _shows(meaning, goals, at))
-    return Example(found, ", ".join(_described(parts, meaning, found)))
+    found = simplify(found, start, parts, meaning, lambda at: _meets_strictly(meaning, goals, at))
+    return Example(found, ", ".join(_describe(parts, meaning, found)))
 
 
-def _shows(meaning: Interpreter, goals: Sequence[Goal], at: Situation) -> bool:
+def _meets_strictly(meaning: Interpreter, goals: Sequence[Goal], at: Situation) -> bool:
     """Whether the goals are met, with nothing read that is not there."""
     try:
         return all(bool(meaning.value(e, at, strictly=True)) is yes for e, yes in goals)
@@ -273,38 +273,38 @@ def _shows(meaning: Interpreter, goals: Sequence[Goal], at: Situation) -> bool:
         return False
 
 
-def _described(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> Iterator[str]:
+def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> Iterator[str]:
     read = {leaf.key: leaf for leaf in about if isinstance(leaf, m.Input)}
     asked = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
         match leaf:
             case m.Input():
-                value = worded(at.inputs[leaf.key], leaf.type) if leaf.key in read else None
-                yield _input(leaf, value, at, told=leaf.key in asked)
+                value = value_text(at.inputs[leaf.key], leaf.type) if leaf.key in read else None
+                yield _describe_input(leaf, value, at, told=leaf.key in asked)
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
-                yield from _other(leaf, meaning, at)
+                yield from _describe_value(leaf, meaning, at)
 
 
-def _other(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterator[str]:
+def _describe_value(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterator[str]:
     """What memory or an operator gives; nothing where it has no value, and so does not matter."""
     try:
-        text = worded(meaning.value(leaf, at), leaf.type)
+        text = value_text(meaning.value(leaf, at), leaf.type)
     except NO_VALUE:
         return
     yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
-    """What is said once: the value of an input and whether it came belong together."""
+    """The element to describe: the value and the arrival of an input belong together."""
     if not isinstance(leaf, (m.Fresh, m.Present)):
         return leaf
     name = leaf.input.key
     return read.get(name, m.Input(*name, type=Bool()))
 
 
-def _input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
+def _describe_input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
     """An input with its value, if any; that it is not fresh only if that is to be `told`."""
     name, shown = element.key, f"`{show(element)}`"
     if name not in at.present:

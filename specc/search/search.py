@@ -32,21 +32,21 @@ class SearchBudget:
     """How many more situations may be looked at: counted, so that a search always ends at one."""
 
     def __init__(self, situations: int) -> None:
-        self.left = situations
+        self.remaining = situations
 
     def spend(self, situations: int) -> bool:
         """Whether any were left before these."""
-        had = self.left > 0
-        self.left -= situations
+        had = self.remaining > 0
+        self.remaining -= situations
         return had
 
     @contextmanager
-    def some(self, most: int) -> Iterator[SearchBudget]:
+    def share(self, most: int) -> Iterator[SearchBudget]:
         """A part of it; what is spent of it is spent of the whole."""
-        given = max(0, min(most, self.left))
+        given = max(0, min(most, self.remaining))
         part = SearchBudget(given)
         yield part
-        self.left -= given - part.left
+        self.remaining -= given - part.remaining
 
 
 MOST_NEAR = 8
@@ -66,13 +66,13 @@ class Thresholds:
                     known |= _numbers(node.args, meaning, at)
                 elif isinstance(node, m.Number):
                     known |= _numbers((node,), meaning, at)
-        self._known = sorted(known)
+        self._numbers = sorted(known)
 
-    def below_or_above(self, op: str, limit: float, *, whole: bool) -> Iterator[float]:
+    def below_or_above(self, op: str, limit: float, *, is_integer: bool) -> Iterator[float]:
         """Numbers n with `n op limit`, at most eight, the nearest to other thresholds first."""
         found: dict[float, None] = {}
         for number in self._around(limit):
-            rounded: float = round(number) if whole else number
+            rounded: float = round(number) if is_integer else number
             if m.COMPARISONS[op](rounded, limit):
                 found[rounded] = None
         yield from list(found)[:MOST_NEAR]
@@ -80,8 +80,8 @@ class Thresholds:
     def _around(self, limit: float) -> Iterator[float]:
         """Round numbers and the middles of gaps near a threshold, then the next gaps."""
         yield from (limit, limit + 1, limit - 1)
-        above = [n for n in self._known if n > limit]
-        below = [n for n in reversed(self._known) if n < limit]
+        above = [n for n in self._numbers if n > limit]
+        below = [n for n in reversed(self._numbers) if n < limit]
         for side in (above, below):
             edges = [limit, *side]
             yield from ((a + b) / 2 for a, b in pairwise(edges))
@@ -107,7 +107,7 @@ def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[
 
 Situations = Iterator[Situation]
 
-MOST_WAYS = 60
+MOST_SITUATIONS = 60
 MOST_STEPS = 1000
 """Parts of expressions that are looked at for the ways of one condition."""
 _OTHER_TEXT = "something else"
@@ -127,11 +127,11 @@ class Inverter:
             m.Input: lambda e, v, at: freedom.input(e.key, v, at),
             m.Fresh: lambda e, v, at: freedom.fresh(e.input.key, v, at),
             m.Present: lambda e, v, at: freedom.present(e.input.key, v, at),
-            m.Lag: freedom.behind,
-            m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
-            m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
-            m.ConstantRef: lambda e, v, at: self.ways(meaning.constants[e.name], v, at),
-            m.Unwrap: lambda e, v, at: self.ways(e.value, v, at),
+            m.Lag: freedom.lag,
+            m.MemoryRef: lambda e, v, at: freedom.stored(e.name, v, at),
+            m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
+            m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
+            m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
             m.Call: self._call,
             m.Component: self._component,
             m.FieldOf: self._field,
@@ -148,104 +148,104 @@ class Inverter:
             m.IsNone: self._none,
         }
 
-    def some_ways(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
+    def first_situations(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
         """A bounded number of ways; none if its value cannot be computed."""
-        self._steps.left = MOST_STEPS
+        self._steps.remaining = MOST_STEPS
         try:
-            return list(islice(self.ways(expr, wanted, at), MOST_WAYS))
+            return list(islice(self.situations(expr, wanted, at), MOST_SITUATIONS))
         except NO_VALUE:
             return []
 
-    def ways(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
+    def situations(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
         """Situations in which the expression may have the value; a condition, in which it holds."""
         rule = self._rules.get(type(expr))
         if self._steps.spend(1) and rule is not None:
             yield from rule(expr, value, at)
 
-    def _now(self, expr: m.Expr, at: Situation) -> Value:
+    def _value(self, expr: m.Expr, at: Situation) -> Value:
         return self._meaning.value(expr, at)
 
     def _call(self, call: m.Call, value: Value, at: Situation) -> Situations:
         """A result of an operator; for other arguments a predicate may give something else."""
-        yield self._answered(call, value, at)
+        yield self._with_answer(call, value, at)
         for arg in call.args if isinstance(call.type, Bool) else ():
-            for other in other_values(self._now(arg, at), arg.type):
-                for moved in self.ways(arg, other, at):
-                    yield self._answered(call, value, moved)
+            for other in other_values(self._value(arg, at), arg.type):
+                for moved in self.situations(arg, other, at):
+                    yield self._with_answer(call, value, moved)
 
-    def _answered(self, call: m.Call, value: Value, at: Situation) -> Situation:
-        args = tuple(self._now(arg, at) for arg in call.args)
+    def _with_answer(self, call: m.Call, value: Value, at: Situation) -> Situation:
+        args = tuple(self._value(arg, at) for arg in call.args)
         known = tuple(a for a in at.answers if not (a[0] == call.operator and is_close(a[1], args)))
         return replace(at, answers=(*known, (call.operator, args, value)))
 
     def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
-        whole = list(self._now(expr.value, at))
+        whole = list(self._value(expr.value, at))
         whole[expr.index : expr.index + 1] = [value]  # also where a list has no item yet
-        yield from self.ways(expr.value, tuple(whole), at)
+        yield from self.situations(expr.value, tuple(whole), at)
 
     def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
-        whole = self._now(expr.value, at)
+        whole = self._value(expr.value, at)
         if isinstance(whole, Fields):
-            yield from self.ways(expr.value, whole.with_field(expr.name, value), at)
+            yield from self.situations(expr.value, whole.with_field(expr.name, value), at)
 
     def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
         """The first item that differs; the others are the next steps' matter."""
         for item, wanted in zip(expr.items, value, strict=False):
-            if not is_close(self._now(item, at), wanted):
-                yield from self.ways(item, wanted, at)
+            if not is_close(self._value(item, at), wanted):
+                yield from self.situations(item, wanted, at)
                 return
 
     def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Situations:
         if expr.op == "not":
-            yield from self.ways(expr.operand, not value, at)
+            yield from self.situations(expr.operand, not value, at)
         else:
             negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
-            yield from self.ways(expr.operand, negative, at)
+            yield from self.situations(expr.operand, negative, at)
 
     def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
-        left, right = self._now(expr.left, at), self._now(expr.right, at)
+        left, right = self._value(expr.left, at), self._value(expr.right, at)
         sides = ((expr.left, right), (expr.right, left))
         for (side, other), undo in zip(sides, SIGNS[expr.op].inverse, strict=True):
             if undo and (wanted := undo(value, other)) is not None:
-                yield from self.ways(side, wanted, at)
+                yield from self.situations(side, wanted, at)
 
     def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
         inverse = FUNCTIONS[expr.name].inverse
         if inverse is not None:
-            now = [self._now(arg, at) for arg in expr.args]
+            now = [self._value(arg, at) for arg in expr.args]
             for index, wanted in inverse([arg.type for arg in expr.args], now, value):
-                yield from self.ways(expr.args[index], wanted, at)
+                yield from self.situations(expr.args[index], wanted, at)
 
     def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
         test = bool(self._meaning.holds(expr.test, at))
-        yield from self.ways(expr.then if test else expr.otherwise, value, at)
-        yield from self.ways(expr.test, not test, at)
+        yield from self.situations(expr.then if test else expr.otherwise, value, at)
+        yield from self.situations(expr.test, not test, at)
 
     def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Situations:
         if expr.name == "elapsed":
             exact = value / self._meaning.period_s
             for periods in dict.fromkeys((round(exact), int(exact) + 1, int(exact))):
-                yield from self._freedom.after(periods, at)
+                yield from self._freedom.wait(periods, at)
 
     def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
         value = None if wanted else first_value(expr.value.type.value)
-        yield from self.ways(expr.value, value, at)
+        yield from self.situations(expr.value, value, at)
 
     def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Situations:
         for operand in expr.operands:
             if self._meaning.holds(operand, at) is not wanted:
-                yield from self.ways(operand, wanted, at)
+                yield from self.situations(operand, wanted, at)
 
     def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
         op = expr.op if wanted else m.OPPOSITES[expr.op]
-        left, right = self._now(expr.left, at), self._now(expr.right, at)
+        left, right = self._value(expr.left, at), self._value(expr.right, at)
         for side, other, how in (
             (expr.left, right, op),
             (expr.right, left, m.MIRRORED[op]),
         ):
             for value in self._values(side, how, other):
-                yield from self.ways(side, value, at)
+                yield from self.situations(side, value, at)
 
     def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
         """Values of a side that are in a relation to the other side's."""
@@ -255,7 +255,7 @@ class Inverter:
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
             return [time for time in near if m.COMPARISONS[op](time, other)]
         if sort in ("whole", "real"):
-            return self._thresholds.below_or_above(op, other, whole=sort == "whole")
+            return self._thresholds.below_or_above(op, other, is_integer=sort == "whole")
         if isinstance(side.type, Text):
             return (other,) if op == "==" else (_OTHER_TEXT,)
         return (other,) if op == "==" else other_values(other, side.type)
@@ -264,29 +264,24 @@ class Inverter:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it
         for member in expr.item.type.members:
             if (member in expr.members) is wanted:
-                yield from self.ways(expr.item, member, at)
+                yield from self.situations(expr.item, member, at)
 
     def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Situations:
-        items = self._now(expr.over, at)
-        bodies = [m.instantiate(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
+        items = self._value(expr.over, at)
+        assert isinstance(expr.over.type, (Vector, ListOf))  # what quantifiers range over
+        element = expr.over.type.element
+        parts = (m.Component(expr.over, index, type=element) for index in range(len(items)))
+        bodies = [m.instantiate(expr.body, expr.variable, part) for part in parts]
         for body in bodies:
             if self._meaning.holds(body, at) is not wanted:
-                yield from self.ways(body, wanted, at)
+                yield from self.situations(body, wanted, at)
         if not isinstance(expr.over.type, ListOf):
             return
         if (expr.kind == "any") == wanted:
             longer = (*items, first_value(expr.over.type.element))
-            yield from self.ways(expr.over, longer, at)
+            yield from self.situations(expr.over, longer, at)
         else:
-            yield from self.ways(expr.over, (), at)
-
-
-def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
-    """The items of a vector or list as expressions; `at_hand` is its value."""
-    kind = expr.type
-    assert isinstance(kind, (Vector, ListOf))  # what quantifiers range over
-    for index in range(len(at_hand)):
-        yield m.Component(expr, index, type=kind.element)
+            yield from self.situations(expr.over, (), at)
 
 
 def conjuncts(expr: m.Expr, wanted: bool, meaning: Interpreter) -> list[tuple[m.Expr, bool]]:
@@ -318,12 +313,12 @@ Goal = tuple[Expr, bool]
 """A condition and whether it is to hold."""
 
 STARTS, REPAIRS = 6, 40
-_ALL = STARTS * REPAIRS * (1 + MOST_WAYS)
-_STRAYING = 0.15
-"""How often a repair is taken that is not the best one, which leads out of circles."""
+_ALL = STARTS * REPAIRS * (1 + MOST_SITUATIONS)
+_RANDOM_STEP = 0.15
+"""The probability of a random repair, which leaves local optima."""
 
 
-def showing(
+def refutation_goals(
     subsystem: Subsystem,
     state: str,
     cause: Cause,
@@ -368,13 +363,13 @@ def find(
     conditions = Inverter(meaning, freedom, thresholds)
     for seed in range(STARTS):
         rng = random.Random(seed)
-        found = _repaired(meaning, start, wanted, conditions, rng, budget)
+        found = _repair(meaning, start, wanted, conditions, rng, budget)
         if found is not None:
             return found
     return None
 
 
-def _repaired(
+def _repair(
     meaning: Interpreter,
     start: Situation,
     wanted: Sequence[Goal],
@@ -387,13 +382,13 @@ def _repaired(
         unmet = _unmet(meaning, wanted, at)
         if not unmet:
             return at
-        ways = conditions.some_ways(*rng.choice(unmet), at)
+        ways = conditions.first_situations(*rng.choice(unmet), at)
         if not budget.spend(1 + len(ways)):
             return None
         if not ways:
             continue
         scores = [len(_unmet(meaning, wanted, way)) for way in ways]
-        at = rng.choice(ways) if rng.random() < _STRAYING else ways[scores.index(min(scores))]
+        at = rng.choice(ways) if rng.random() < _RANDOM_STEP else ways[scores.index(min(scores))]
     return None
 
 

@@ -143,7 +143,7 @@ class Interpreter:
         except NO_VALUE:
             return None
 
-    def meets(self, goals: Iterable[tuple[Expr, bool]], at: Situation) -> bool:
+    def satisfies(self, goals: Iterable[tuple[Expr, bool]], at: Situation) -> bool:
         """Whether conditions hold or fail as they are to."""
         return all(self.holds(condition, at) is wanted for condition, wanted in goals)
 
@@ -233,18 +233,18 @@ class FreeVariables:
         if not wanted and name not in self.sure and self.unsent:
             yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
 
-    def behind(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
+    def lag(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with an input that is as far behind; none is ahead."""
         if value >= 0:
             lags = {**at.lags, lag_key(lag): value}
             yield from self.present(lag_key(lag)[1:], True, replace(at, lags=lags))
 
-    def remembered(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
+    def stored(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""
         if name in self.memory:
             yield replace(at, memory={**at.memory, name: value})
 
-    def after(self, periods: int, at: Situation) -> Iterator[Situation]:
+    def wait(self, periods: int, at: Situation) -> Iterator[Situation]:
         """The situation some periods after the state was entered."""
         if self.time and 1 <= periods <= LONGEST:
             yield replace(at, periods=periods)

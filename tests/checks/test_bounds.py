@@ -20,7 +20,7 @@ from specc.model.expr import (
 )
 from specc.model.types import Bool, Int, Real
 from specc.proof import Prover
-from specc.proof.solver import Session
+from specc.proof.solver import Theory
 from tests.checks.conditions import machine
 from tests.checks.texts import MODE, condition, prove
 
@@ -64,7 +64,7 @@ def test_quantifiers_too_long_to_spell_out_are_not_proved_and_say_so(row: str) -
 
 
 def test_spelling_out_counts_against_the_budget_of_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Session, "steps", lambda *_: 0)  # only what comes before the search
+    monkeypatch.setattr(Theory, "_steps", lambda *_: 0)  # only what comes before the search
     few, more, many = (_spent(quantifiers) for quantifiers in (10, 20, 40))
     assert many - more > 3 * (more - few) > 3000  # beside what any question takes
 

@@ -18,11 +18,8 @@ from specc.cli.main import main
 from specc.limits import ALLOWED, one_run
 from specc.model.expr import Logic, MemoryRef
 from specc.model.types import Bool
-from specc.proof.decide import MOST_SESSIONS, Sessions, Solver
 from specc.proof.formula import Flag
-from specc.proof.numbering import Numbering
 from specc.proof.translate import Translator
-from specc.proof.verdict import UnsureError
 from tests.seeds import SOAK
 
 COSTLY = (5, 11, 48, 82)
@@ -41,23 +38,6 @@ def test_what_is_said_of_many_in_lets_of_lets_is_refused_at_its_place(
     told = capsys.readouterr().err
     assert told.count("written out, all of this together has more than 60,000 parts") == 1
     assert f"--> {MAIN}:" in told.partition("error[E0017]")[2]
-
-
-def test_sessions_of_the_solver_are_few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each takes 18 MB, and a system may have 400 machines that ask for one; making one counts."""
-    sessions = Sessions()
-    solvers = [Solver(Numbering({}, {}), sessions) for _ in range(3 * MOST_SESSIONS)]
-    with one_run():
-        first = sessions.of(solvers[0])
-        for solver in solvers[:MOST_SESSIONS]:
-            sessions.of(solver)
-        assert sessions.of(solvers[0]) is first
-        for solver in solvers:
-            sessions.of(solver)
-        assert len(sessions._open) == MOST_SESSIONS
-        monkeypatch.setitem(ALLOWED, "proof", 10)
-        with pytest.raises(UnsureError):
-            sessions.of(solvers[0])
 
 
 def test_conditions_are_not_translated_when_steps_are_used_up(

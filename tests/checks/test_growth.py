@@ -205,7 +205,7 @@ def test_questions_about_ticks_end_with_their_allowance(monkeypatch: pytest.Monk
     monkeypatch.setattr(
         ticks,
         "is_satisfiable",
-        lambda parts, _: (asked.append(parts), decide.is_satisfiable(parts, None))[1],
+        lambda parts: (asked.append(parts), decide.is_satisfiable(parts))[1],
     )
     named = [MemoryRef(f"b{i}", type=Bool()) for i in range(100)]
     with one_run():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from specc.lang import (
@@ -17,7 +19,8 @@ from specc.model.expr import Expr
 from specc.model.fsm import Trace
 from specc.model.system import Operator
 from specc.model.types import Bool, Enum, Int
-from specc.proof import Prover, RowVerdict
+from specc.proof import Decision, Prover, RowVerdict
+from specc.proof.decide import FormulaQuestion
 from specc.source import Place
 from tests.checks.conditions import machine
 
@@ -69,5 +72,29 @@ def prover(*rows: str, axioms: tuple[str, ...] = (), terminal: str = "True") -> 
 
 
 def prove(*rows: str, **context: object) -> RowVerdict:
-    """The verdict about the rows."""
-    return prover(*rows, **context).prove_rows("S", "terminal")  # type: ignore[arg-type]  # passed on
+    """The verdict about the rows, of the solver where tables leave them open."""
+    return solved(prover(*rows, **context).prove_rows("S", "terminal"))  # type: ignore[arg-type]  # passed on
+
+
+def solved(verdict: RowVerdict) -> RowVerdict:
+    """A verdict with the solver's answer in the place of an open question."""
+    if verdict.decision.open is None:
+        return verdict
+    answer = verdict.decision.open.solve()
+    decision = replace(
+        verdict.decision,
+        gap=answer.gap,
+        overlap=answer.overlap,
+        unknown=answer.unknown,
+        way_out=answer.way_out,
+        open=None,
+    )
+    return replace(verdict, decision=decision)
+
+
+def agree(known: Prover, decision: Decision, conditions: Sequence[Expr]) -> bool:
+    """Whether the solver alone decides of the conditions what tables and solver do."""
+    formulas = tuple(known._formula(each) for each in conditions)
+    answer = FormulaQuestion(formulas, (), known._translator.make, known._dependencies).solve()
+    refuted = answer.gap is None, answer.overlap is None, answer.unknown == ""
+    return refuted == (decision.gap is None, decision.overlap is None, decision.unknown == "")

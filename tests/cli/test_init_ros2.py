@@ -15,7 +15,7 @@ from specc.analysis.ros2 import MESSAGES
 from specc.cli import main
 from specc.pipeline import check_spec
 from specc.source import real_path
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.starting.ros2 import LISTENED, Devices, graph_from, proposal
 from tests.docs.examples import data, examples
 from tests.seeds import Seeds, blocks
@@ -367,7 +367,7 @@ def test_whatever_there_is_validates(seeds: Seeds) -> None:
         # Each command, and nothing else, lacks somebody who writes it.
         bind = data(text)["plant"]["bind"] if text else {}
         assert codes == ["W0413" for name in bind if name.endswith("_d")], text
-        assert not text or formatted(text) == text
+        assert not text or format_text(text) == text
 
 
 @pytest.mark.long

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from tests.seeds import short
 
 GOOD = """specc: 1
@@ -179,7 +179,7 @@ def test_an_interrupt_after_the_work_is_done_changes_at_most_the_code() -> None:
 @pytest.mark.parametrize("delay_ms", short([60, 130, 200, 300, 450, 700], 1, 3))
 def test_formatted_files_stay_whole(tmp_path: Path, delay_ms: float) -> None:
     odd = GOOD.replace("specc: 1", "specc:    1", 1)
-    new = formatted(odd)
+    new = format_text(odd)
     files = [tmp_path / f"{number:02}.yaml" for number in range(40)]
     for file in files:
         file.write_text(odd)

@@ -26,7 +26,7 @@ import pytest
 from specc_runtime.recording.reading import RecordFile
 
 from specc.atomic_files import PREFIX
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from tests import seeds
 from tests.cli.robots import SERVOS, arm
 from tests.cli.test_interruption import GOOD
@@ -96,7 +96,7 @@ def without_empty(files: Tree) -> Tree:
 
 def each_file(before: Tree, now: Tree, after: Tree) -> bool:
     texts = {text.decode() for text in before.values()}
-    known = {t.encode() for text in texts for t in (text, formatted(text))}
+    known = {t.encode() for text in texts for t in (text, format_text(text))}
     return now.keys() == before.keys() and set(now.values()) <= known
 
 

@@ -111,14 +111,14 @@ def test_of_what_was_sent_only_the_latest_values_are_remembered(
     spec = tmp_path / "spec.yaml"
     spec.write_text(text, encoding="utf-8")
     sent: list[list[float]] = []
-    changed = concrete._changed
+    changed = concrete._changes
 
     def looked_into(*given: Any) -> Any:
         sent.extend(list(values) for values in given[3].sent.values())
         return changed(*given)
 
     monkeypatch.setattr(concrete, "MOST_SENT", 2)
-    monkeypatch.setattr(concrete, "_changed", looked_into)
+    monkeypatch.setattr(concrete, "_changes", looked_into)
     (finding,) = traced(spec, tmp_path, capsys)
     assert finding["recording"]
     assert [5.0, 4.0] in sent

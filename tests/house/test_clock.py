@@ -13,7 +13,7 @@ ASKING = {
 
 
 def test_one_module_computes_when_conditions_turn() -> None:
-    asks = re.compile(r"Timer\(|\.turns\(|\.timer\.")
+    asks = re.compile(r"Timer\(|\.turning_points\(|\.timer\.")
     found = {
         module.relative_to(SPECC).as_posix()
         for module in SPECC.rglob("*.py")

@@ -19,7 +19,7 @@ ASKED = {
     "checks/expressions.py": "a minus sign before a number",
     "proof/clock.py": "whether a result changes with time only as a multiple of it does",
     "proof/numbering.py": "squares, and opposites of numbers",
-    "proof/relations.py": "what is added up",
+    "proof/dependencies.py": "what is added up",
     "proof/solver/terms.py": "arithmetic that the solver has; factors without rounding",
     "proof/translate.py": "a difference as a distance",
     "tools/explore/progressions.py": "the opposite of a progression",

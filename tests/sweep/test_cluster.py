@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from specc.tools.sweep.running import Bundle, NoRun, SweepJob, perform
+from specc.tools.sweep.running import Bundle, NoRun, SweepJob, run_job
 from tests.sweep.runs import GATE, command, environment, hazards, swept, table
 
 OPTIONS = ("--set", "cruise=0.4,0.5", "--seeds", "0:8", "--duration", "20")
@@ -120,7 +120,7 @@ def test_a_worker_with_other_versions_is_refused(tmp_path: Path) -> None:
         shipment.setup(worker)
     assert not list(tmp_path.iterdir())
     with pytest.raises(NoRun, match=r"tcp://there has numpy .*, not 0\.1 as here"):
-        perform(SweepJob("specc-test", "", {}, 0, {}, 1.0))  # of a worker that joins late
+        run_job(SweepJob("specc-test", "", {}, 0, {}, 1.0))  # of a worker that joins late
     shipment.teardown(worker)
 
 

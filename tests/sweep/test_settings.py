@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from specc.tools.sweep.running import figures_of
-from specc.tools.sweep.table import SweepError, axis_of, seeds_of, settings_of
+from specc.tools.sweep.table import SweepError, combinations, parse_axis, parse_seeds
 
 UNITS = {"d": "kg/s", "n": ""}
 
 
 def values(name: str, text: str) -> tuple[str, ...]:
-    return axis_of(name, text, UNITS.get(name, "")).values
+    return parse_axis(name, text, UNITS.get(name, "")).values
 
 
 @pytest.mark.parametrize(
@@ -64,9 +64,9 @@ def test_what_is_no_list_of_values(text: str) -> None:
 
 
 def test_numbers_of_one_unit_are_numbers_of_the_table() -> None:
-    axis = axis_of("d", "1:2:3", "kg/s")
+    axis = parse_axis("d", "1:2:3", "kg/s")
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
-    axis = axis_of("d", "1[g/s],2[kg/s]", "kg/s")
+    axis = parse_axis("d", "1[g/s],2[kg/s]", "kg/s")
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
 
 
@@ -75,34 +75,34 @@ def test_no_constant_hides_a_column_of_the_table() -> None:
         **{"ended": "completed", "simulated_s": 1.0, "cycles": [], "faults": [], "subsystems": {}},
         **{"records_sha256": "", "wall_s": 1.0},
     }
-    assert axis_of("cycle.time_s", "1,2").title == "parameter cycle.time_s"
+    assert parse_axis("cycle.time_s", "1,2").title == "parameter cycle.time_s"
     for column in (*figures_of(report, 0), "seed", "runs"):
-        assert axis_of(column, "1,2").title == f"constant {column}"
+        assert parse_axis(column, "1,2").title == f"constant {column}"
 
 
 @pytest.mark.parametrize(
     ("text", "expected"), [("0:3", (0, 1, 2)), ("4", (4,)), ("5, 1,5", (5, 1)), ("7:8", (7,))]
 )
 def test_seeds(text: str, expected: tuple[int, ...]) -> None:
-    assert seeds_of(text) == expected
+    assert parse_seeds(text) == expected
 
 
 @pytest.mark.parametrize("text", ["", "3:3", "1:2:3", "1:2,4", "-1", "1.5", "²", "0:9" + "9" * 20])
 def test_what_are_no_seeds(text: str) -> None:
     with pytest.raises(SweepError):
-        seeds_of(text)
+        parse_seeds(text)
 
 
 def test_every_combination_once() -> None:
-    axes = [axis_of("d", "1,2", "kg/s"), axis_of("n", "3,4")]
-    found = settings_of(axes, [0])
+    axes = [parse_axis("d", "1,2", "kg/s"), parse_axis("n", "3,4")]
+    found = combinations(axes, [0])
     assert [tuple(s.values()) for s in found] == [
         ("1[kg/s]", "3"),
         ("1[kg/s]", "4"),
         ("2[kg/s]", "3"),
         ("2[kg/s]", "4"),
     ]
-    assert settings_of([], [0]) == [{}]
-    many = [axis_of(name, "1:2:200") for name in "ab"]
+    assert combinations([], [0]) == [{}]
+    many = [parse_axis(name, "1:2:200") for name in "ab"]
     with pytest.raises(SweepError, match="more than"):
-        settings_of(many, [0])
+        combinations(many, [0])

@@ -8,18 +8,17 @@ from collections.abc import Iterator
 import pytest
 
 from specc.analysis import Facts, RowVerdictAt
-from specc.analysis.examples import Examples
 from specc.analysis.must_may import is_incomplete
 from specc.model.expr import Expr
 from specc.proof import Witness
 from specc.search import Interpreter, runnable
-from specc.search.example import Example, says_all
+from specc.search.example import Example, is_complete_answer
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 
 
 def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         decision = decided.verdict.decision
         for witness in (decision.gap if decided.verdict.rows else None, decision.overlap):
             if witness:
@@ -28,9 +27,9 @@ def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
 
 def shown(facts: Facts, decided: RowVerdictAt, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
-    found = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
-    if not witness.everywhere and all(says_all(asked) for asked, _ in witness.answers):
-        assert Examples(facts).text(decided, witness, "facts") == ""
+    found = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
+    if not witness.everywhere and all(is_complete_answer(asked) for asked, _ in witness.answers):
+        assert facts.examples().text(decided, witness, "facts") == ""
     assert found is not None, witness.facts
     shows(found, facts, decided, witness)
     return found

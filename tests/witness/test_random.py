@@ -18,7 +18,7 @@ from specc.model.system import System
 from specc.pipeline import Result
 from specc.source import Sources
 from specc.tools.witness.code import Script, SubsystemCode
-from specc.tools.witness.plan import planned
+from specc.tools.witness.plan import plan_script
 from specc.tools.witness.subject import Refutation, refutations
 from specc.tools.witness.text import scenario
 from tests.lower.test_law import systems
@@ -32,7 +32,7 @@ def scripts(system: System) -> Iterator[tuple[Refutation, Script | None]]:
     for refutation in refutations(facts):
         with tempfile.TemporaryDirectory() as scratch:
             code = SubsystemCode(system, refutation.subsystem, Path(scratch))
-            yield refutation, planned(code, facts, refutation)
+            yield refutation, plan_script(code, facts, refutation)
 
 
 def fault_of(text: str, system: System) -> Exception | None:

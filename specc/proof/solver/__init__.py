@@ -1,5 +1,5 @@
-"""What tables cannot decide: relations between numbers, and too many facts. The door to z3."""
+"""Whether a formula over related numbers, or too many facts, is satisfiable. The door to z3."""
 
-from specc.proof.solver.solver import Session, Theory, solve
+from specc.proof.solver.solver import Theory
 
-__all__ = ["Session", "Theory", "solve"]
+__all__ = ["Theory"]

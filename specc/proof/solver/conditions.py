@@ -34,7 +34,7 @@ from specc.model.expr import (
 from specc.model.types import Enum, Int, ListOf, Pose, Vector
 from specc.proof.numbering import Numbering
 from specc.proof.solver.terms import STEPS_OF_A_TERM, Terms, count_term
-from specc.proof.verdict import UnsureError
+from specc.proof.verdict import SolverError
 
 MOST_ITEMS = 64
 """Components of a vector that a condition is spelt out for."""
@@ -65,7 +65,7 @@ class Conditions(Terms):
 
     def boolean(self, expr: Expr) -> Any:
         """The term of an expression of type bool."""
-        expr = self._numbering.looked_through(expr)
+        expr = self._numbering.resolve(expr)
         key = self._numbering.number(expr)
         if key not in self._booleans:
             count_term()
@@ -73,7 +73,7 @@ class Conditions(Terms):
         return self._booleans[key]
 
     def _boolean(self, expr: Expr, key: int) -> Any:
-        known = self._numbering.value(key)
+        known = self._numbering.constant_value(key)
         if isinstance(known, bool):
             return z3.BoolVal(known)
         parts = [self.boolean(part) for part in children(expr)] if _is_joint(expr) else []
@@ -95,13 +95,13 @@ class Conditions(Terms):
                 term = self._fact(expr)
         return term
 
-    def in_periods(self, asked: Any, turn: float, text_holds: bool) -> Any:
+    def in_periods(self, condition: Any, turn: float, holds_if: bool) -> Any:
         """That a state has lasted fewer periods than `turn`, for a question about the time."""
-        sides = map(self._numbering.looked_through, children(asked))
+        sides = map(self._numbering.resolve, children(condition))
         term = self.periods() < int(turn)
-        if isinstance(asked, Compare) and all(isinstance(s, (Clock, Number)) for s in sides):
-            said = self.boolean(asked)
-            self.laws.append(term == (said if text_holds else z3.Not(said)))
+        if isinstance(condition, Compare) and all(isinstance(s, (Clock, Number)) for s in sides):
+            said = self.boolean(condition)
+            self.laws.append(term == (said if holds_if else z3.Not(said)))
         return term
 
     def _fact(self, expr: Expr) -> Any:
@@ -135,7 +135,7 @@ class Conditions(Terms):
         a, b = self.number(left), self.number(right)
         if isinstance(left.type, Int) == isinstance(right.type, Int):
             return a, b
-        if any(self._numbering.known(side) is not None for side in (left, right)):
+        if any(self._numbering.constant_number(side) is not None for side in (left, right)):
             return a, b
         keys = [self._numbering.number(side) for side in (left, right)]
         # Which of the two it is depends on where the float comes from.
@@ -164,23 +164,23 @@ class Conditions(Terms):
     def _near_pose(self, x: Expr, y: Expr, distance: Any, angle: Any) -> Any:
         """Two poses are apart by some distance and some angle, neither of them negative."""
         of = self._numbering.number(x), self._numbering.number(y)
-        apart, turned = z3.Real(f"distance {of}"), z3.Real(f"angle {of}")
-        self.laws += [apart >= 0, turned >= 0]
-        return z3.And(apart <= distance, turned <= angle)
+        distance_term, turned = z3.Real(f"distance {of}"), z3.Real(f"angle {of}")
+        self.laws += [distance_term >= 0, turned >= 0]
+        return z3.And(distance_term <= distance, turned <= angle)
 
     def _quantifier(self, expr: Quantifier) -> Any:
-        over = self._numbering.looked_through(expr.over)
+        over = self._numbering.resolve(expr.over)
         if isinstance(over.type, ListOf) and not isinstance(over, Items):
-            return self._over_list(expr, over)
+            return self._list_quantifier(expr, over)
         size = len(over.items) if isinstance(over, Items) else getattr(over.type, "size", 0)
-        return _joined(expr, self._of_items(expr, over, self._components(size)))
+        return _joined(expr, self._instances(expr, over, self._components(size)))
 
-    def _over_list(self, expr: Quantifier, over: Expr) -> Any:
+    def _list_quantifier(self, expr: Quantifier, over: Expr) -> Any:
         quantifiers = self._quantified.get(self._numbering.number(over), ())
         length = self.number(Builtin(LENGTH, (over,), type=Int()))
         parts = []
         last = [-1 - index for index in range(len(quantifiers))]
-        for index, holds in enumerate(self._of_items(expr, over, last)):
+        for index, holds in enumerate(self._instances(expr, over, last)):
             there = length > index
             parts.append(z3.And(there, holds) if expr.kind == "any" else z3.Implies(there, holds))
         said = _joined(expr, parts)
@@ -188,34 +188,34 @@ class Conditions(Terms):
             return said
         return z3.If(length <= len(quantifiers), said, self.unknown(expr))
 
-    def _of_items(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
+    def _instances(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
         """The body said of some items."""
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
-        self._spell_out(len(indices) * sum(1 for _ in walk(expr.body)))
+        self._count_parts(len(indices) * sum(1 for _ in walk(expr.body)))
         items = (Component(over, index, type=over.type.element) for index in indices)
         return [self.boolean(instantiate(expr.body, expr.variable, item)) for item in items]
 
     def _pairs(self, a: Expr, b: Expr, kind: Vector) -> Iterator[tuple[Expr, Expr]]:
         """The components of two vectors of a type."""
         indices = self._components(kind.size)
-        self._spell_out(2 * len(indices))
+        self._count_parts(2 * len(indices))
         for index in indices:
             yield Component(a, index, type=kind.element), Component(b, index, type=kind.element)
 
     def _components(self, size: int) -> range:
         if size > MOST_ITEMS:
-            raise UnsureError(f"a vector of more than {MOST_ITEMS} components is looked into")
+            raise SolverError(f"a vector of more than {MOST_ITEMS} components is looked into")
         return range(size)
 
-    def _spell_out(self, parts: int) -> None:
+    def _count_parts(self, parts: int) -> None:
         """Count parts of conditions that are about to be said of items."""
         self._parts += parts
         if self._parts > MOST_PARTS:
-            raise UnsureError(
+            raise SolverError(
                 f"spelt out for each item, conditions have more than {MOST_PARTS} parts"
             )
         if not spend("proof", parts * STEPS_OF_A_TERM):
-            raise UnsureError(OUT_OF_STEPS)
+            raise SolverError(OUT_OF_STEPS)
 
 
 def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:

@@ -32,7 +32,9 @@ class Rounding:
         self._floats[term.get_id()] = term
         return term
 
-    def rounded(self, key: object, exact: Any, *, kept: bool = False, is_sum: bool = False) -> Any:
+    def rounded(
+        self, key: object, exact: Any, *, is_exact: bool = False, is_sum: bool = False
+    ) -> Any:
         """The result of an operation; `key` names it. A result that is a float can be `kept`.
 
         A sum or difference of two floats is a multiple of the smallest one, so it does not vanish.
@@ -41,8 +43,8 @@ class Rounding:
             return exact
         if key not in self._results:
             self._results[key] = exact, (result := z3.Real(f"rounded {key}"))
-            least = 0 if is_sum or kept else _HALF_SMALLEST
-            self._facts.append(_is_close(exact, result, 0 if kept else _HALF_ULP, least))
+            least = 0 if is_sum or is_exact else _HALF_SMALLEST
+            self._facts.append(_is_close(exact, result, 0 if is_exact else _HALF_ULP, least))
         return self._results[key][1]
 
     @property

@@ -29,10 +29,7 @@ from specc.model.expr import (
 from specc.model.types import Enum, Int, Real
 from specc.proof.numbering import Numbering, labels
 from specc.proof.solver.rounding import Rounding, constant
-from specc.proof.verdict import UnsureError
-
-# Values of the language as terms: what is not known of is an unknown function of its parts.
-
+from specc.proof.verdict import SolverError
 
 VALUE = z3.DeclareSort("value")
 _SORTS: dict[str, Any] = {"truth": z3.BoolSort(), "real": z3.RealSort()}
@@ -49,9 +46,9 @@ STEPS_OF_A_TERM = 25
 
 
 def count_term() -> None:
-    """Count a term before it is made. Raises UnsureError if no steps are left."""
+    """Count a term before it is made. Raises SolverError if no steps are left."""
     if not spend("proof", STEPS_OF_A_TERM):
-        raise UnsureError(OUT_OF_STEPS)
+        raise SolverError(OUT_OF_STEPS)
 
 
 class Terms:
@@ -68,7 +65,7 @@ class Terms:
         self.rounding = Rounding(exact)
         self._numbers: dict[tuple[int, bool], Any] = {}
         self._texts: dict[str, int] = {}
-        self._made: dict[tuple[str, int], Any] = {}
+        self._terms: dict[tuple[str, int], Any] = {}
         self.laws: list[Any] = []
         """What is true of terms whatever their values."""
 
@@ -82,15 +79,15 @@ class Terms:
 
     def _once(self, kind: str, expr: Expr, make: Callable[[Expr], Any]) -> Any:
         """The term that `make` gives, made once; lets may name each other many times over."""
-        expr = self._numbering.looked_through(expr)
+        expr = self._numbering.resolve(expr)
         key = kind, self._numbering.number(expr)
-        if key not in self._made:
+        if key not in self._terms:
             count_term()
-            self._made[key] = make(expr)
-        return self._made[key]
+            self._terms[key] = make(expr)
+        return self._terms[key]
 
     def _item(self, expr: Expr) -> Any:
-        known = self._numbering.value(self._numbering.number(expr))
+        known = self._numbering.constant_value(self._numbering.number(expr))
         if isinstance(known, str):
             enum = expr.type
             members = enum.members if isinstance(enum, Enum) else ()
@@ -123,26 +120,26 @@ class Terms:
             arms = map(self._value, (expr.then, expr.otherwise))
             return z3.If(self.boolean(expr.test), *arms)
         if isinstance(expr.type, Real):
-            return self._named(expr)
+            return self._opaque(expr)
         return self.unknown(expr)
 
     def _value(self, expr: Expr) -> Any:
-        """The term of an argument beside others that may be of another type: an integer, None."""
+        """The term of an argument, as a value of any type."""
         term = self.argument(expr)
-        return term if term.sort() == VALUE else self._named(expr)
+        return term if term.sort() == VALUE else self._opaque(expr)
 
-    def _named(self, expr: Expr) -> Any:
-        """A value of which it is known only by which expression it comes."""
+    def _opaque(self, expr: Expr) -> Any:
+        """An uninterpreted constant for this expression."""
         return z3.Const(f"argument {self._numbering.number(expr)}", VALUE)
 
     def unknown(self, expr: Expr) -> Any:
-        """A value of which only its parts are known, if it has any."""
+        """An uninterpreted function of the expression's parts; a constant without parts."""
         key = type(expr.type).__name__, self._numbering.number(expr)
-        if key not in self._made:
-            self._made[key] = term = self._unknown(expr, key[1])
+        if key not in self._terms:
+            self._terms[key] = term = self._unknown(expr, key[1])
             if isinstance(expr.type, Enum):
                 self.laws += [term >= 0, term < len(expr.type.members)]
-        return self._made[key]
+        return self._terms[key]
 
     def _unknown(self, expr: Expr, number: int) -> Any:
         sort = _SORTS.get(kind(expr.type).sort, VALUE)
@@ -160,7 +157,7 @@ class Terms:
 
     def number(self, expr: Expr) -> Any:
         """The term of an expression of type int or real."""
-        expr = self._numbering.looked_through(expr)
+        expr = self._numbering.resolve(expr)
         key = self._numbering.number(expr)
         memo = key, isinstance(expr.type, Int)
         if memo not in self._numbers:
@@ -169,7 +166,7 @@ class Terms:
         return self._numbers[memo]
 
     def _number(self, expr: Expr, key: int) -> Any:
-        known = self._numbering.known(expr)
+        known = self._numbering.constant_number(expr)
         if known is not None and isinstance(expr.type, Int):
             return z3.IntVal(int(known))  # 2 and 2.0 have one number, whichever came first
         if known is not None and math.isfinite(known):
@@ -219,16 +216,16 @@ class Terms:
         return self.rounding.float(number)
 
     def _converted(self, chosen: Sequence[Expr], expr: Expr) -> list[Any]:
-        """What an expression chooses from: an integer among reals becomes a float first."""
+        """The alternatives of a choice; an integer among reals is converted to a float."""
         read = self.number if isinstance(expr.type, Int) else self.as_float
         return [read(part) for part in chosen]
 
     def _operation(self, expr: Binary, key: int) -> Any:
         whole = isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
         read = self.number if whole else self.as_float
-        factor = self._numbering.known(expr.right) or None
+        factor = self._numbering.constant_number(expr.right) or None
         if factor is None and expr.op == "*":
-            factor = self._numbering.known(expr.left) or None
+            factor = self._numbering.constant_number(expr.left) or None
         if expr.op in "*/" and factor is None:
             return self._leaf(expr)
         a, b = read(expr.left), read(expr.right)
@@ -236,30 +233,30 @@ class Terms:
         if isinstance(expr.type, Int):
             return result
         kept = expr.op == "*" and factor in _EXACT_FACTORS
-        return self.rounding.rounded(key, result, kept=kept, is_sum=expr.op in "+-")
+        return self.rounding.rounded(key, result, is_exact=kept, is_sum=expr.op in "+-")
 
     def as_float(self, expr: Expr) -> Any:
-        """A number as an operation on floats takes it."""
+        """The term of a number converted to a float."""
         if not isinstance(expr.type, Int):
             return self.number(expr)
-        key, known = self._numbering.number(expr), self._numbering.known(expr)
+        key, known = self._numbering.number(expr), self._numbering.constant_number(expr)
         if known is not None and abs(known) < _LARGEST_FLOAT:
             return self.rounding.float(constant(float(known)))
         term = z3.ToReal(self.number(expr))
-        if _is_float(self._numbering.looked_through(expr)):
+        if _is_float(self._numbering.resolve(expr)):
             return self.rounding.float(term)
         return term if known is not None else self.rounding.rounded(f"float {key}", term)
 
     def _component(self, expr: Component) -> Any:
-        """A component of a vector, by the components of what it is computed from."""
-        value = self._numbering.looked_through(expr.value)
+        """A component of a vector, computed from components of the operands."""
+        value = self._numbering.resolve(expr.value)
 
         def part(of: Expr) -> Expr:
             return replace(expr, value=of) if _has_parts(of, expr) else of
 
         if expr.index < 0:
             return self._leaf(expr)
-        item = self._numbering.written(expr)
+        item = self._numbering.literal_item(expr)
         if item is not None:
             return self.number(item) if isinstance(expr.type, Int) else self.as_float(item)
         match value:

@@ -39,13 +39,13 @@ from specc.model.types import (
     nested_types,
 )
 from specc.model.wires import Wires
-from specc.proof.decide import Solver, is_satisfiable
+from specc.proof.decide import FormulaQuestion, is_satisfiable
+from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import conjuncts, connected
-from specc.proof.table import Cases, Table
+from specc.proof.table import Table
 from specc.proof.translate import Translator
-from specc.proof.verdict import FactTexts, TooLargeError, UnsureError
+from specc.proof.verdict import FactTexts, SolverError, TooLargeError
 from specc.proof.witness import describe
 from specc.reachable import grouped
 from specc.tools.diff.changes import ChangeLog, Verdict
@@ -169,7 +169,7 @@ class _Moment:
         present = [always_present(v.subsystem, Wires(v.system.agents)) for v in versions]
         self._translator = Translator(lets, constants, present[0] & present[1], period_s)
         self.make = self._translator.make
-        self._solver = Solver(self._translator.numbering)
+        self._dependencies = Dependencies(self._translator.numbering)
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
         self._axioms = self.common(assumed[0], assumed[1])
 
@@ -182,8 +182,7 @@ class _Moment:
         if max(map(len, choices)) > _MOST_CHOICES:
             return False
         return all(
-            number(one) == number(other)
-            or is_satisfiable([*tests, *more, *self._axioms], self._solver) is False
+            number(one) == number(other) or is_satisfiable([*tests, *more, *self._axioms]) is False
             for tests, one in choices[0]
             for more, other in choices[1]
         )
@@ -192,7 +191,7 @@ class _Moment:
         self, expr: Expr, tests: tuple[Formula, ...]
     ) -> Iterator[tuple[tuple[Formula, ...], Expr]]:
         """The values that an expression chooses from, each with the tests that lead to it."""
-        value = self._translator.numbering.looked_through(expr)
+        value = self._translator.numbering.resolve(expr)
         if not isinstance(value, Choice) or len(tests) == _MOST_CHOICES:
             yield tests, expr
             return
@@ -201,7 +200,7 @@ class _Moment:
         yield from self._choices(value.otherwise, (*tests, self.make.negation(test)))
 
     def compare(
-        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None = ()
+        self, old: Sequence[Expr], new: Sequence[Expr], premises: Iterable[Formula] | None = ()
     ) -> Verdict:
         """How `any of old` and `any of new` relate; without axioms if nothing may be given."""
         before, after = (
@@ -210,14 +209,14 @@ class _Moment:
         )
         if before is after:
             return Verdict(True, is_proved=True)
-        known = [] if given is None else conjuncts([*self._axioms, *given])
+        assumptions = [] if premises is None else conjuncts([*self._axioms, *premises])
         try:
             try:
-                things = self._solver.relations.things
-                return self._verdict(before, after, connected(known, (before, after), things))
+                of = self._dependencies.of
+                return self._verdict(before, after, connected(assumptions, (before, after), of))
             except TooLargeError:
-                return self._verdict(before, after, connected(known, (before, after)))
-        except (TooLargeError, UnsureError) as error:
+                return self._verdict(before, after, connected(assumptions, (before, after)))
+        except (TooLargeError, SolverError) as error:
             return Verdict(False, unknown=str(error))
 
     def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
@@ -233,36 +232,40 @@ class _Moment:
         return _marked(self._then(expr), _MARKS[side])
 
     def _verdict(self, before: Formula, after: Formula, assumed: Sequence[Formula]) -> Verdict:
-        """Raises TooLargeError, and UnsureError where the solver does not say."""
+        """Raises TooLargeError, and SolverError where the solver does not say."""
         formulas = [before, after, *assumed]
         table, atoms = Table(formulas), list(atoms_of(formulas))
         lost = table.bits(before) & ~table.bits(after)
         gained = table.bits(after) & ~table.bits(before)
-        cases = Cases(table, assumed, None)
-        if (lost | gained) & cases.allowed:
-            # Only what refutes has to be possible.
-            cases = Cases(table, assumed, self._solver.between(atoms))
-        only_old, only_new = (
-            cases.find_model(bits) or cases.find_rounded_model(bits) for bits in (lost, gained)
-        )
-        unsure = next((atom.text for atom in atoms if atom.unsure), "")
+        allowed = table.all_of(assumed)
+        only_old, only_new = lost & allowed, gained & allowed
+        if (only_old or only_new) and self._dependencies.are_related(atoms):
+            # What refutes has to be possible.
+            make = self.make
+            question = FormulaQuestion((before, after), tuple(assumed), make, self._dependencies)
+            sides = (before, make.negation(after)), (after, make.negation(before))
+            models = question.models([make.conjunction(side) for side in sides])
+            only_old, only_new = (
+                0 if model is None else table.where_answered(model) for model in models
+            )
+        unsure = next((atom.text for atom in atoms if atom.is_uncertain), "")
         if unsure and (only_old or only_new):
-            raise UnsureError(f"proofs do not follow how `{unsure}` changes with the time")
-        asked = frozenset(atoms_of((before, after)))
+            raise SolverError(f"proofs do not follow how `{unsure}` changes with the time")
+        compared_atoms = frozenset(atoms_of((before, after)))
         return Verdict(
             not (only_old or only_new),
-            _facts(table, only_old, cases.conceivable, asked),
-            _facts(table, only_new, cases.conceivable, asked),
+            _facts(table, only_old, allowed, compared_atoms),
+            _facts(table, only_new, allowed, compared_atoms),
             is_proved=True,
         )
 
 
-def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> FactTexts:
+def _facts(table: Table, faults: int, allowed: int, atoms: frozenset[Any]) -> FactTexts:
     """Facts without marks; one that both versions have with values of their own says whose."""
     if not faults:
         return ()
-    found, *_ = describe(table, faults, allowed, asked)
-    names = [_plain(fact) for fact, _ in found]
+    found, *_ = describe(table, faults, allowed, atoms)
+    names = [_unmarked(fact) for fact, _ in found]
     facts = []
     for (fact, answer), name in zip(found, names, strict=True):
         whose = next((mark.rstrip("'") for mark in _MARKS if mark in fact), "")
@@ -271,7 +274,7 @@ def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Fa
     return tuple(facts) or (("anything", "true"),)
 
 
-def _plain(text: str) -> str:
+def _unmarked(text: str) -> str:
     for mark in _MARKS:
         text = text.replace(mark, "")
     return text

@@ -347,13 +347,13 @@ def _compare_rows(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) 
             continue
         # When the cause occurs, as far as both versions agree on it; the error has priority (2.4).
         one, other = (s.state(before[0].source).behaviour for s in (old, new))
-        given = [*conditions.common([one.error.when], [other.error.when])]
+        premises = [*conditions.common([one.error.when], [other.error.when])]
         if before[0].cause == "terminal":
             terminal = conditions.common([one.terminal.when], [other.terminal.when])
-            given = [*terminal, *map(conditions.make.negation, given)]
+            premises = [*terminal, *map(conditions.make.negation, premises)]
         whens = [[row.condition.when for row in rows] for rows in (before, after)]
         texts = _condition_names(before), _condition_names(after)
-        arc.verdict(conditions.compare(whens[0], whens[1], given), texts, "condition")
+        arc.verdict(conditions.compare(whens[0], whens[1], premises), texts, "condition")
 
 
 def _traces(rows: Sequence[Transition]) -> str:
@@ -521,7 +521,7 @@ _PARTS: dict[str, tuple[Callable[[Any], str], bool]] = {
 removing it changes the meaning; if not, its uses tell."""
 _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     System: {
-        **dict.fromkeys(("file", "folders")),
+        **dict.fromkeys(("file", "folders", "description_uses")),
         "frames": _texts("frame", "frames"),
         "files": _texts("file", "files"),
         "constants": _parts("constant", "constants"),

@@ -60,15 +60,15 @@ class SensorValues:
         nodes = list(_nodes(system))
         self._numbers = set(_numbers(nodes))
         self._vectors = dict.fromkeys(_vectors(nodes, system))
-        self._known: dict[str, list[Any]] = {}
+        self._values: dict[str, list[Any]] = {}
 
-    def of(self, sensor: str) -> list[Any]:
+    def reports_of(self, sensor: str) -> list[Any]:
         """The values of a sensor, the usual one first; `...` for no new value."""
-        return [*self.given(sensor), *((...,) if sensor in self.sporadic else ())]
+        return [*self.values_of(sensor), *((...,) if sensor in self.sporadic else ())]
 
-    def given(self, sensor: str) -> list[Any]:
+    def values_of(self, sensor: str) -> list[Any]:
         """The values of a sensor without `...`."""
-        if sensor not in self._known:
+        if sensor not in self._values:
             type_ = self.types[sensor]
             found = [first_value(type_), *other_values(first_value(type_), type_)]
             marks = self._marks(type_)
@@ -78,8 +78,8 @@ class SensorValues:
             if isinstance(type_, OptionalOf):
                 made += [_plain(first_value(type_.value, mark), type_) for mark in marks]
             kept = [value for i, value in enumerate(made) if value not in made[:i]]
-            self._known[sensor] = kept[:MOST_VALUES]
-        return self._known[sensor]
+            self._values[sensor] = kept[:MOST_VALUES]
+        return self._values[sensor]
 
     def _marks(self, type_: Type) -> list[float]:
         """The numbers named in the units of a type, and numbers between and beyond, spread out."""
@@ -112,13 +112,10 @@ def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, An
     known = KnownValues({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
-            made = node if _has_lets(node) else residual(node, known)
+            has_lets = any(isinstance(part, m.LetRef) for part in m.walk(node))
+            made = node if has_lets else residual(node, known)
             if is_literal(made):
                 yield node.type, evaluate(made, Environment())
-
-
-def _has_lets(expr: m.Expr) -> bool:
-    return any(isinstance(node, m.LetRef) for node in m.walk(expr))
 
 
 def _units(type_: Type) -> Iterator[Dimensions]:
@@ -179,7 +176,7 @@ class Rehearsal(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Stray:
+class Deviation:
     """The first deviation of a run from a trace: base tick, subsystem, description.
 
     `others` is the number of other deviations at the same tick. `sent` has the numbers and vectors
@@ -205,22 +202,22 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
         NotConcreteError: no such measurements were found.
     """
     values, most = SensorValues(system), MOST_STEPS // shared
-    known: Reports = {name: [(0, values.of(name)[0])] for name in rehearsal.sensors}
+    known: Reports = {name: [(0, values.reports_of(name)[0])] for name in rehearsal.sensors}
     for name in values.silent & known.keys():
         known[name].append((1, ...))
     expected = _Expected(way, system, rehearsal)
     if any(step.times > 1 for step in way.steps) and expected.length > MOST_STEPS:
         raise NotConcreteError(f"its run would have more than {MOST_STEPS} steps of subsystems")
-    stray = expected.stray(known)
+    stray = expected.deviation(known)
     if stray is None:
         return known
-    ways = list(_ways(known, stray, expected, values))
-    furthest = ways[0].stray
+    ways = list(_candidates(known, stray, expected, values))
+    furthest = ways[0].deviation
     while ways:
         if expected.steps >= most:
             raise NotConcreteError(f"{furthest.words}, as far as {most} steps reach")
         # Half of the trials go to the furthest run, the others to the one with the fewest trials.
-        tried = [each for each in ways if each.stray is furthest]
+        tried = [each for each in ways if each.deviation is furthest]
         if expected.runs % 2 or not tried:
             tried = ways
         each = min(tried, key=lambda one: one.spent)
@@ -230,30 +227,32 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
             continue
         since, changed = change
         before = expected.steps
-        stray = expected.stray(changed, since)
+        stray = expected.deviation(changed, since)
         each.spent += expected.steps - before
         if stray is None:
             return changed
-        if stray.reach > each.stray.reach:
-            ways += _ways(changed, stray, expected, values)
+        if stray.reach > each.deviation.reach:
+            ways += _candidates(changed, stray, expected, values)
             if stray.reach >= furthest.reach:
-                furthest = ways[-1].stray
-    raise NotConcreteError(_why(furthest, rehearsal))
+                furthest = ways[-1].deviation
+    if rehearsal.influences(furthest.subsystem):
+        raise NotConcreteError(f"{furthest.words}, whatever measurements were tried")
+    raise NotConcreteError(f"{furthest.words}, and nothing that is measured changes that")
 
 
 @dataclass(eq=False, slots=True)
-class _Way:
+class _Candidate:
     """A run that leaves the trace, and the changes to try: a moment, and the reports from it."""
 
-    stray: Stray
+    deviation: Deviation
     changes: Iterator[tuple[Any, Reports]]
     spent: int = 0
     """Steps that its trials took."""
 
 
-def _ways(
-    known: Reports, stray: Stray, expected: _Expected, values: SensorValues
-) -> Iterator[_Way]:
+def _candidates(
+    known: Reports, stray: Deviation, expected: _Expected, values: SensorValues
+) -> Iterator[_Candidate]:
     """A run that leaves the trace, to be changed shortly before, or from the beginning."""
     rehearsal = expected.rehearsal
     periods = {rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())}
@@ -261,25 +260,19 @@ def _ways(
     moments = [stray.tick - ago for ago in sorted(before) if ago < stray.tick]
     sensors = rehearsal.influences(stray.subsystem)[:MOST_SENSORS]
     # Once more from the beginning, to keep these moments and all sent values.
-    stray = expected.stray(known, keep=(0, *moments)) or stray
-    kept = expected.kept
+    stray = expected.deviation(known, keep=(0, *moments)) or stray
+    kept = expected.snapshots
     for some in filter(None, (moments, [0])):
         pairs = product(enumerate(sensors), enumerate(some))
         ordered = sorted(pairs, key=lambda pair: pair[0][0] + pair[1][0])
-        yield _Way(
+        yield _Candidate(
             stray,
             (
                 (kept[moment], changed)
                 for (_, sensor), (_, moment) in ordered
-                for changed in _changed(known, moment, sensor, stray, values)
+                for changed in _changes(known, moment, sensor, stray, values)
             ),
         )
-
-
-def _why(stray: Stray, rehearsal: Rehearsal) -> str:
-    if not rehearsal.influences(stray.subsystem):
-        return f"{stray.words}, and nothing that is measured changes that"
-    return f"{stray.words}, whatever measurements were tried"
 
 
 class _Expected:
@@ -288,7 +281,7 @@ class _Expected:
     def __init__(self, way: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
-        self.kept: Mapping[int, Any] = {}
+        self.snapshots: Mapping[int, Any] = {}
         self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.with_stamps()) + 1
         self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
         wires = Wires(system.agents)
@@ -308,9 +301,11 @@ class _Expected:
         """The steps of all subsystems in a run of that length."""
         return sum(self._end // ticks for ticks in self.rehearsal.ticks.values())
 
-    def stray(self, known: Reports, since: Any = None, keep: Collection[int] = ()) -> Stray | None:
+    def deviation(
+        self, known: Reports, since: Any = None, keep: Collection[int] = ()
+    ) -> Deviation | None:
         """The first deviation of a run, None without; `sent` counts from the start of the run."""
-        found: list[Stray] = []
+        found: list[Deviation] = []
         ticks = self.rehearsal.ticks
         self.runs += 1
         self.steps += TO_BEGIN
@@ -328,43 +323,43 @@ class _Expected:
             if step is not None and (state, row) != (step.transition.target, step.transition.row):
                 words = f"at {stamp * ticks[name] * self.rehearsal.tick_s:g} s `{name}` "
                 words += f"is in `{state}`, not in `{step.transition.target}`"
-                found.append(Stray(stamp * ticks[name], name, words))
+                found.append(Deviation(stamp * ticks[name], name, words))
             return not found
 
-        failures, self.kept = self.rehearsal.run(known, self._end, goes_on, since, keep)
-        if not any(map(self._is_meant, failures)):
+        failures, self.snapshots = self.rehearsal.run(known, self._end, goes_on, since, keep)
+        broken = {key for key, step in self._steps.items() if step.transition.broken}
+        is_expected = any(f.is_assumption and (f.subsystem, f.stamp) in broken for f in failures)
+        if not is_expected:
             for failure in failures[:1]:
                 tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
-                found.append(Stray(tick, failure.subsystem, f"the run fails: {failure.message}"))
-        found += self._unlost(known)
+                found.append(
+                    Deviation(tick, failure.subsystem, f"the run fails: {failure.message}")
+                )
+        found += self._missed_losses(known)
         if not found:
             return None
         first = min(found, key=lambda stray: stray.tick)
         others = sum(stray.tick == first.tick for stray in found) - 1
         return replace(first, others=others, sent=sent)
 
-    def _is_meant(self, failure: Failure) -> bool:
-        step = self._steps.get((failure.subsystem, failure.stamp))
-        return failure.is_assumption and step is not None and bool(step.transition.broken)
-
-    def _unlost(self, known: Reports) -> Iterator[Stray]:
+    def _missed_losses(self, known: Reports) -> Iterator[Deviation]:
         """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
             for key, _ in step.transition.lost:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
-                    yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
+                    yield Deviation(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
 
 
-def _changed(
-    known: Reports, moment: int, sensor: str, stray: Stray, values: SensorValues
+def _changes(
+    known: Reports, moment: int, sensor: str, stray: Deviation, values: SensorValues
 ) -> Iterator[Reports]:
     """Reports in which one sensor reports other values from a moment on."""
     said = [each for each in known[sensor] if each[0] < moment]
     # Devices often come to report the values that they were commanded.
     asked = stray.sent.get(present(values.types[sensor]), ())
-    for value in (*asked, *(values.of(sensor) if moment else values.given(sensor))):
+    for value in (*asked, *(values.reports_of(sensor) if moment else values.values_of(sensor))):
         if said[-1:] and said[-1][1] == value:
             continue
         rest = [(moment + 1, ...)] if sensor in values.silent and value is not ... else []

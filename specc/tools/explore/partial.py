@@ -29,7 +29,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.proof import InputName
-from specc.proof.clock import Turns
+from specc.proof.clock import TurningPoints
 from specc.tools.explore.progressions import MAX_EXACT, Progression, progression_of
 from specc.tools.explore.regions import BoundedUnknown, Region, is_number, value_leaves
 
@@ -52,7 +52,7 @@ class KnownValues:
     present: Mapping[InputName, bool] = field(default_factory=dict)
     periods: int | None = None
     """Periods since the state was entered; only expressions in `turns` depend on it."""
-    turns: dict[int, tuple[m.Expr, Turns]] = field(default_factory=dict)
+    turns: dict[int, tuple[m.Expr, TurningPoints]] = field(default_factory=dict)
     """The periods at which an expression that time alone decides turns, by its identity."""
     times: int = 0
     """How many values of each progression the residuals have to hold for."""

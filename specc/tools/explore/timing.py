@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.proof import InputName
-from specc.proof.clock import Timer, Turns
+from specc.proof.clock import Timer, TurningPoints
 from specc.proof.numbering import Numbering
 from specc.tools.explore.cone import Cone
 from specc.tools.explore.partial import AbstractValue, KnownValues, residual
@@ -22,7 +22,7 @@ MOST_COUNTED = 10_000
 class TurnTable(NamedTuple):
     """When conditions turn, by identity (`Known.turns`), and the periods at which any does."""
 
-    turns: dict[int, tuple[m.Expr, Turns]]
+    turns: dict[int, tuple[m.Expr, TurningPoints]]
     at: tuple[int, ...]
 
 
@@ -51,7 +51,7 @@ class Clocks:
             exprs = [value for _, value in state.assignments]
             exprs += [*cone.axioms, *state.conditions]
             turning = set[int]()
-            for decided in map(self._timer.decided, exprs):
+            for decided in map(self._timer.timed_conditions, exprs):
                 static.turns |= decided
                 turning.update(*(turns.at for _, turns in decided.values()))
             self._turns[state.name] = tuple(sorted(turning))
@@ -79,7 +79,7 @@ class Clocks:
         values = replace(self._static, inputs=known.inputs, memory=known.memory, _residuals={})
         found, at = dict(self._static.turns), {1, *self._turns[state]}
         for expr in compared:
-            turns = self._timer.turns(residual(expr, values))
+            turns = self._timer.turning_points(residual(expr, values))
             if turns is not None and max(turns.at, default=0) <= MOST_COUNTED:
                 found[id(expr)] = expr, turns
                 at.update(turns.at)

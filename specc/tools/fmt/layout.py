@@ -38,7 +38,7 @@ class LayoutError(Exception):
     """The new layout would change what the file says; the file is left alone."""
 
 
-def formatted(text: str, change: Callable[[Collection], None] | None = None) -> str:
+def format_text(text: str, change: Callable[[Collection], None] | None = None) -> str:
     """The canonical layout of a text that is YAML without faults, after a change of its tree.
 
     Raises:

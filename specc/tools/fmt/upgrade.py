@@ -18,7 +18,7 @@ def upgrade(root: Collection) -> None:
     """Change a tree in place. What carries a comment, a title or a trace stays as it is."""
     for entry in root.entries:
         if entry.name == "specc" and isinstance(entry.value, Scalar):
-            entry.value = _written(entry.value, str(VERSIONS[-1]))
+            entry.value = _replaced(entry.value, str(VERSIONS[-1]))
     for machine in _machines(root):
         rows = machine["transitions"]
         if isinstance(rows, Collection) and not rows.linked:
@@ -83,7 +83,7 @@ def _is_replaced(rows: Collection, name: str, other: str) -> bool:
         return False
     for entry, (state, cause, when, target) in zip(rows.entries, cells, strict=True):
         if when.text == name:
-            entry.value = _row(entry.value, [state, cause, _written(when, OTHERWISE), target])
+            entry.value = _row(entry.value, [state, cause, _replaced(when, OTHERWISE), target])
     return True
 
 
@@ -120,5 +120,5 @@ def _row(like: YamlValue, cells: list[YamlValue]) -> Collection:
     )
 
 
-def _written(like: Scalar, text: str) -> Scalar:
+def _replaced(like: Scalar, text: str) -> Scalar:
     return replace(like, text=text, raw=text, style="")

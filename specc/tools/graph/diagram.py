@@ -32,7 +32,7 @@ class TextRun:
     """A piece of a line in one face."""
 
     text: str
-    face: Face = "plain"
+    style: Face = "plain"
 
 
 TextLine = tuple[TextRun, ...]

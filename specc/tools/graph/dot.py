@@ -91,7 +91,7 @@ def as_dot(diagram: Diagram) -> str:
 
 
 def _node(node: Box) -> str:
-    has_subscripts = any(part.face == "lower" for each in node.lines for part in each)
+    has_subscripts = any(part.style == "lower" for each in node.lines for part in each)
     label = _table(node) if node.rows else (_spaced if has_subscripts else _label)(node.lines)
     return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}]"
 
@@ -132,7 +132,7 @@ def _rows(rows: Iterable[Cells]) -> str:
 def _text(parts: TextLine) -> str:
     texts = []
     for part in parts:
-        before, after = _FACES[part.face]
+        before, after = _FACES[part.style]
         texts.append(f"{before}{escape(visible(part.text))}{after}" if part.text else "")
     return "".join(texts)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from specc.emit import fill
 from specc.lang import RESERVED
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.fmt.layout import WIDTH
 from specc.tools.fmt.tree import Collection, Scalar, key_text, quoted, value_text
 
@@ -97,7 +97,7 @@ def fill_yaml(
 
     The template prints values by `yaml`, and those of sections by `section`.
     """
-    return formatted(fill(template, {"yaml": to_yaml, "section": _section, **parts}), change)
+    return format_text(fill(template, {"yaml": to_yaml, "section": _section, **parts}), change)
 
 
 def _section(data: Mapping[str, Data]) -> str:

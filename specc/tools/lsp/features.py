@@ -18,7 +18,7 @@ from specc.read import read_text
 from specc.resources import is_library_part, on_disk
 from specc.schema.places import names_used_file, role_of
 from specc.source import Place, Route, SourceFile, Sources, TextNode, beside
-from specc.tools.fmt import LayoutError, formatted
+from specc.tools.fmt import LayoutError, format_text
 from specc.tools.lsp.completion import Completion, complete
 from specc.tools.lsp.cursor import CallSignature, line_break, signature
 from specc.tools.lsp.describe import (
@@ -233,7 +233,7 @@ def layout(project: Project, path: str) -> str | None:
     if not project.is_specification(path) or not read_text(path, text).ok:
         return None
     try:
-        new = formatted(text)
+        new = format_text(text)
     except LayoutError:
         return None
     new = new.replace("\n", line_break(text))
@@ -297,7 +297,7 @@ def _fixed(analysis: Analysis, fix: Fix) -> tuple[FileEdit, ...]:
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
     """A row for each cause that the table lacks, which leads back to the state itself."""
     facts = analysis.result.proofs
-    verdicts = [v for v in facts.row_verdicts() if _is_about(diagnostic, v)] if facts else []
+    verdicts = [v for v in facts.row_verdicts if _is_about(diagnostic, v)] if facts else []
     related = {place.place for place in diagnostic.related}
     for verdict in verdicts:
         if verdict.state.place == diagnostic.primary:

@@ -77,7 +77,7 @@ class Sheet:
     marks: tuple[Mark, ...]
     begin_s: float
     end_s: float
-    still: tuple[str, ...] = ()
+    constant_machines: tuple[str, ...] = ()
     """Machines that never left their only state, with it."""
 
 
@@ -89,7 +89,7 @@ class PlottedRun:
     traces: Any
 
 
-def cut(run: PlottedRun, begin_s: float, end_s: float) -> PlottedRun:
+def clip(run: PlottedRun, begin_s: float, end_s: float) -> PlottedRun:
     """A part of the time of a recording."""
     traces = run.traces
     begin_s, end_s = max(begin_s, traces.begin_s), min(end_s, traces.end_s)
@@ -240,8 +240,8 @@ def _notes(sheet: Sheet) -> list[str]:
     ]
     if len(sheet.marks) > _MOST_NOTES:
         notes.append(f"and {len(sheet.marks) - _MOST_NOTES} more")
-    if sheet.still:
-        notes.append(f"always in one state: {', '.join(sheet.still)}")
+    if sheet.constant_machines:
+        notes.append(f"always in one state: {', '.join(sheet.constant_machines)}")
     return [_clean(text, _LONGEST_NOTE) for text in notes]
 
 

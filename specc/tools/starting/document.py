@@ -14,7 +14,7 @@ from specc.diagnostics.phrases import join_some
 from specc.mjcf.model import ModelObject
 from specc.model.system import System
 from specc.reachable import grouped
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.fmt.tree import Collection, Entry
 from specc.tools.importers.writing import (
     PEERS,
@@ -292,7 +292,7 @@ def specification_with_agent(
     parts["cycle"] = "task" not in data
     parts["scene"] = {k: v for k, v in parts["scene"].items() if k not in scene}
     new = fill_yaml("init/model.yaml.j2", parts, fold)
-    return formatted(text.rstrip("\n") + "\n" + new, _merge)
+    return format_text(text.rstrip("\n") + "\n" + new, _merge)
 
 
 def _merge(root: Collection) -> None:

@@ -16,18 +16,18 @@ from typing import Any
 
 import distributed
 
-from specc.tools.sweep.running import Bundle, Workspace, enter, leave
+from specc.tools.sweep.running import Bundle, Workspace, close_workspace, open_workspace
 from specc.tools.sweep.table import SweepError
 
 CONNECT_S = 10
-_DECIDING = ("specc", "numpy", "mujoco", "pin", "opencv-python-headless")
+_COMPARED_PACKAGES = ("specc", "numpy", "mujoco", "pin", "opencv-python-headless")
 """Packages of which another version may give other figures."""
 
 
 def versions() -> dict[str, str]:
     """Those of Python and of the packages here that decide what comes of a run."""
     found = {"Python": f"{sys.version_info.major}.{sys.version_info.minor}"}
-    for package in _DECIDING:
+    for package in _COMPARED_PACKAGES:
         with suppress(PackageNotFoundError):
             found[package] = version(package)
     return found
@@ -46,16 +46,16 @@ class Shipment(distributed.WorkerPlugin):  # type: ignore[misc]  # it has no typ
 
         Of one that joins late Dask only logs that, so its runs tell it, too.
         """
-        for package, there in versions().items():
-            if (here := self.versions.get(package, there)) != there:
-                why = f"{worker.address} has {package} {there}, not {here} as here"
-                enter(self.name, why := f"{why}; install the same there")
+        for package, worker_version in versions().items():
+            if (own_version := self.versions.get(package, worker_version)) != worker_version:
+                why = f"{worker.address} has {package} {worker_version}, not {own_version} as here"
+                open_workspace(self.name, why := f"{why}; install the same there")
                 raise RuntimeError(why)
-        enter(self.name, Workspace(Path(worker.local_directory, self.name), self._bundle))
+        open_workspace(self.name, Workspace(Path(worker.local_directory, self.name), self._bundle))
 
     def teardown(self, worker: Any) -> None:
         """The sweep is over, or the worker."""
-        leave(self.name)
+        close_workspace(self.name)
 
 
 @contextmanager

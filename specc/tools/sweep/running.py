@@ -75,12 +75,12 @@ class _Died(Exception):
     """The process of a run ended."""
 
 
-def perform(job: SweepJob) -> Figures:
-    """What came of a run. Raises Closed once `close` was called, and Unfit."""
-    place = _PLACES.get(job.place, "a worker has no files of the sweep")
+def run_job(job: SweepJob) -> Figures:
+    """What came of a run. Raises Closed, NoRun."""
+    place = _WORKSPACES.get(job.place, "a worker has no files of the sweep")
     if isinstance(place, str):
         raise NoRun(place)
-    given = {
+    request = {
         **job.options,
         "directory": str(place.folder / PACKAGES / job.directory),
         "base": str(place.base),
@@ -91,13 +91,13 @@ def perform(job: SweepJob) -> Figures:
     for _ in range(TRIES):
         try:
             with place.process() as process:
-                return process.figures(given, job.limit_s)
-        except _Died as died:
-            reason = str(died)
-    return failed(f"{reason}, {TRIES} times")
+                return process.figures(request, job.limit_s)
+        except _Died as error:
+            reason = str(error)
+    return failure_row(f"{reason}, {TRIES} times")
 
 
-def failed(reason: str) -> Figures:
+def failure_row(reason: str) -> Figures:
     """The row of a run of which nothing else is known."""
     return {"success": False, "ended": "failed", "reason": reason}
 
@@ -107,14 +107,14 @@ class _Process:
 
     def __init__(self, folder: Path) -> None:
         self._scratch = tempfile.mkdtemp(dir=folder)
-        self._said = Path(self._scratch, "said")
+        self._output = Path(self._scratch, "said")
         path = os.pathsep.join(filter(None, sys.path))
-        with self._said.open("ab") as said:
+        with self._output.open("ab") as output:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "specc_runtime.serving", self._scratch],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                stderr=said,
+                stderr=output,
                 env={**os.environ, "PYTHONPATH": path, **dict.fromkeys(THREADS, "1")},
                 # Ctrl-C is for the sweep, which ends its processes itself.
                 start_new_session=True,
@@ -122,7 +122,7 @@ class _Process:
 
     def figures(self, job: Mapping[str, Any], limit_s: float) -> Figures:
         """What came of a run. Raises _Died."""
-        os.truncate(self._said, 0)
+        os.truncate(self._output, 0)
         assert self._process.stdin and self._process.stdout
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.write(json.dumps(job).encode() + b"\n")
@@ -130,16 +130,16 @@ class _Process:
         if not select.select([self._process.stdout], [], [], limit_s)[0]:
             self.end()
             reason = f"ended after {limit_s:g} s of wall time{self._last_words(': ')}"
-            return {**failed(reason), "ended": LIMIT, "wall_s": limit_s}
+            return {**failure_row(reason), "ended": LIMIT, "wall_s": limit_s}
         line = self._process.stdout.readline()
         if not line.endswith(b"\n"):
             self.end()
-            raise _Died(self._ending(self._process.returncode))
+            raise _Died(self._exit_text(self._process.returncode))
         answer = json.loads(line)
         if "died" in answer:
-            raise _Died(self._ending(answer["died"]))
+            raise _Died(self._exit_text(answer["died"]))
         if answer["report"] is None:
-            return failed(self._last_words() or f"exit code {answer['code']}")
+            return failure_row(self._last_words() or f"exit code {answer['code']}")
         return figures_of(answer["report"], answer["code"])
 
     def kill(self) -> None:
@@ -155,17 +155,17 @@ class _Process:
     def is_alive(self) -> bool:
         return self._process.poll() is None
 
-    def _ending(self, code: int) -> str:
+    def _exit_text(self, code: int) -> str:
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"its process ended with {how}{self._last_words(': ')}"
 
     def _last_words(self, before: str = "") -> str:
         """The last line that it printed."""
-        text = self._said.read_text(encoding="utf-8", errors="replace").strip()
+        text = self._output.read_text(encoding="utf-8", errors="replace").strip()
         last = text.rpartition("\n")[2].removeprefix("error: ")
         return f"{before}{last[:_LONGEST_REASON]}" if last else ""
 
-    def forget(self) -> None:
+    def remove(self) -> None:
         """End it and remove what it wrote."""
         self.end()
         shutil.rmtree(self._scratch, ignore_errors=True)
@@ -207,7 +207,7 @@ class Workspace:
                     self._idle.append(process)
                 else:
                     self._all.discard(process)
-                    process.forget()
+                    process.remove()
                 if self._closed:
                     raise Closed
 
@@ -218,21 +218,21 @@ class Workspace:
             for process in self._all:
                 process.kill()
             for process in self._idle:
-                process.forget()
+                process.remove()
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-_PLACES: dict[str, Workspace | str] = {}
+_WORKSPACES: dict[str, Workspace | str] = {}
 
 
-def enter(name: str, place: Workspace | str) -> None:
+def open_workspace(name: str, place: Workspace | str) -> None:
     """Have jobs that name the place find it, or why it is none."""
-    _PLACES[name] = place
+    _WORKSPACES[name] = place
 
 
-def leave(name: str) -> None:
+def close_workspace(name: str) -> None:
     """Close the place and forget it."""
-    if isinstance(place := _PLACES.pop(name, None), Workspace):
+    if isinstance(place := _WORKSPACES.pop(name, None), Workspace):
         place.close()
 
 
@@ -244,7 +244,7 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
     cycles = report["cycles"]
     stop = report.get("stop_when")
     # Without a cycle or a formula only requirements tell a success; unknown ones do not.
-    undecided = [] if code or cycles or stop else _of_verdict(report, "unknown")
+    undecided = [] if code or cycles or stop else _labels_with_verdict(report, "unknown")
     row: Figures = {
         "success": None if undecided else code == 0,
         "ended": report["ended"],
@@ -256,7 +256,7 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
     if stop:
         row["met_s"] = stop["met_s"]
     for name in dict.fromkeys(name for cycle in cycles for name in cycle):
-        row[f"cycle.{name}"] = _of_cycles([cycle.get(name) for cycle in cycles])
+        row[f"cycle.{name}"] = _combine_cycles([cycle.get(name) for cycle in cycles])
     row |= {f"scene.{name}": value for name, value in report.get("scene", {}).items()}
     for name, subsystem in report["subsystems"].items():
         for state, steps in subsystem["states_visited"].items():
@@ -276,7 +276,7 @@ def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> s
         return f"undecided: {'; '.join(undecided)}"[:_LONGEST_REASON] if undecided else ""
     for fault in report["faults"]:
         return f"{fault['culprit']}: {fault['message']}"[:_LONGEST_REASON]
-    if violated := _of_verdict(report, "violated"):
+    if violated := _labels_with_verdict(report, "violated"):
         return f"violated: {'; '.join(violated)}"[:_LONGEST_REASON]
     if (stop := report.get("stop_when")) and stop["met_s"] is None:
         return f"never held: {stop['that']}"[:_LONGEST_REASON]
@@ -284,7 +284,7 @@ def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> s
     return endings[0] if endings else "not fulfilled"
 
 
-def _of_verdict(report: Mapping[str, Any], verdict: str) -> list[str]:
+def _labels_with_verdict(report: Mapping[str, Any], verdict: str) -> list[str]:
     return [_label(r) for r in report.get("requirements", ()) if r["verdict"] == verdict]
 
 
@@ -293,7 +293,7 @@ def _label(requirement: Mapping[str, Any]) -> str:
     return str(requirement.get("name") or requirement["that"])
 
 
-def _of_cycles(values: Sequence[Any]) -> Any:
+def _combine_cycles(values: Sequence[Any]) -> Any:
     """The value of the only cycle; of several the median of numbers, and whether all are true."""
     known = [value for value in values if value is not None]
     if not known:

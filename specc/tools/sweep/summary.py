@@ -23,10 +23,10 @@ from specc.tools.sweep.table import Row, columns_of
 
 Z = 1.959963984540054
 """Of the normal distribution at 97.5 %."""
-_MISSED = 0.025
+_TAIL = 0.025
 _MET = {"met": True, "violated": False}
 # Not measured: how the run was made.
-_ASIDE = ("seed", "wall_s")
+_NOT_MEASURED = ("seed", "wall_s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,19 +62,19 @@ def rate(hits: int, count: int) -> Estimate:
 def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
-    rank, value = _spared(count), float(statistics.median(ordered))
+    rank, value = _rank_of_bound(count), float(statistics.median(ordered))
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank else (None, None)
     return Estimate(count, value, low, high)
 
 
 @cache
-def _spared(count: int) -> int:
+def _rank_of_bound(count: int) -> int:
     """Of so many numbers, those that lie outside the interval on either side, and one more."""
     rank, tail = 0, 0.0
     while True:  # the binomial distribution at 1/2, in logarithms: its terms are tiny
         ways = lgamma(count + 1) - lgamma(rank + 1) - lgamma(count - rank + 1)
         tail += exp(ways - count * log(2))
-        if tail > _MISSED:
+        if tail > _TAIL:
             return rank
         rank += 1
 
@@ -82,7 +82,7 @@ def _spared(count: int) -> int:
 def cells_of(rows: Sequence[Row], names: Sequence[str]) -> list[Cell]:
     """One for each combination of values of the constants `names`, in the order of the rows."""
     groups = grouped((tuple(row[name] for name in names), row) for row in rows)
-    columns = {c: i for i, c in enumerate(columns_of(rows)) if c not in (*names, *_ASIDE)}
+    columns = {c: i for i, c in enumerate(columns_of(rows)) if c not in (*names, *_NOT_MEASURED)}
     return [Cell(values, len(own), _estimates(own, columns)) for values, own in groups.items()]
 
 
@@ -148,15 +148,15 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
     return sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
 
 
-def seldom_asked(rows: Sequence[Row]) -> Iterator[str]:
+def rarely_tested(rows: Sequence[Row]) -> Iterator[str]:
     """Of each requirement that was not asked in every run, in how many it was, and was met."""
     for column in columns_of(rows):
-        asked = [row[column] for row in rows if row.get(column) is not None]
-        if column.startswith(ASKED) and not all(asked):
+        tested = [row[column] for row in rows if row.get(column) is not None]
+        if column.startswith(ASKED) and not all(tested):
             label = column.removeprefix(ASKED)
             verdicts = [row.get(f"{VERDICT}{label}") for row in rows]
             known = sum(verdict is not None for verdict in verdicts)
-            met, often = verdicts.count("met"), sum(asked)
+            met, often = verdicts.count("met"), sum(tested)
             yield f"{label}: met in {met} of {known}, asked in {often or 'none'}"
 
 

@@ -24,10 +24,10 @@ from specc.tools.sweep.running import (
     NoRun,
     SweepJob,
     Workspace,
-    enter,
-    failed,
-    leave,
-    perform,
+    close_workspace,
+    failure_row,
+    open_workspace,
+    run_job,
 )
 from specc.tools.sweep.table import Folder, SweepError
 
@@ -53,14 +53,14 @@ def inputs_of(spec: str, sources: Sources, system: System) -> InputFiles:
     base = os.path.abspath(os.path.dirname(spec))
     named = [os.path.join(base, path) for _, path in system.files]
     model = plant_model(system)
-    paths = [*_below(named), *(model.files.possible if isinstance(model, Model) else ())]
+    paths = [*_files_below(named), *(model.files.possible if isinstance(model, Model) else ())]
     content = {os.path.abspath(path): Path(path).read_bytes() for path in paths}
     root = os.path.commonpath([base, *map(os.path.dirname, content)])
     files = {os.path.relpath(path, root): content[path] for path in sorted(content)}
     return InputFiles(os.path.relpath(base, root), files, _fingerprint(spec, sources, files))
 
 
-def bundled(packages: Mapping[str, str], inputs: InputFiles) -> Bundle:
+def bundle_of(packages: Mapping[str, str], inputs: InputFiles) -> Bundle:
     """Generated files, by their paths, and inputs as what runs read."""
     # Nearly all generated files are the same for all settings.
     encoded = {text: text.encode() for text in packages.values()}
@@ -69,7 +69,7 @@ def bundled(packages: Mapping[str, str], inputs: InputFiles) -> Bundle:
     return Bundle(files, f"base/{inputs.base}")
 
 
-def _below(paths: Iterable[str]) -> Iterator[str]:
+def _files_below(paths: Iterable[str]) -> Iterator[str]:
     """The files at paths, and those in folders, without what Python compiled there."""
     for path in paths:
         if os.path.isdir(path):
@@ -98,12 +98,12 @@ def local_workers(
     name: str, folder: Path, bundle: Bundle, workers: int
 ) -> Iterator[tuple[Executor, int]]:
     """An executor of processes of this machine, which read copies in the folder, and how many."""
-    enter(name, Workspace(folder.absolute(), bundle))
+    open_workspace(name, Workspace(folder.absolute(), bundle))
     pool = ThreadPoolExecutor(workers)
     try:
         yield pool, workers
     finally:
-        leave(name)
+        close_workspace(name)
         pool.shutdown(cancel_futures=True)
 
 
@@ -111,8 +111,8 @@ def carry_out(
     folder: Folder,
     jobs: Sequence[SweepJob],
     executor: Executor,
-    tell: Callable[[int], None],
-    renew: Callable[[], None],
+    on_progress: Callable[[int], None],
+    on_renewal: Callable[[], None],
 ) -> None:
     """Run the jobs, in their order as far as there is room; each is a row when it ends.
 
@@ -127,10 +127,10 @@ def carry_out(
 
     def watch() -> None:
         nonlocal renewed_s
-        tell(done)
+        on_progress(done)
         if time.monotonic() - renewed_s >= RENEWED_S:
             if done:
-                renew()
+                on_renewal()
             renewed_s = time.monotonic()
 
     suspects = []
@@ -142,7 +142,7 @@ def carry_out(
             done += 1
     for suspect in suspects:
         for _, figures in _outcomes([suspect], executor, watch):
-            figures = figures or failed("its worker died, again and again")
+            figures = figures or failure_row("its worker died, again and again")
             folder.add(suspect.setting, suspect.seed, figures)
             done += 1
     watch()
@@ -156,7 +156,7 @@ def _outcomes(
     `watch` is called from time to time.
     """
     ended: SimpleQueue[Future[Figures]] = SimpleQueue()
-    job_of = {executor.submit(perform, job): job for job in jobs}
+    job_of = {executor.submit(run_job, job): job for job in jobs}
     for future in job_of:
         future.add_done_callback(ended.put)
     while job_of:

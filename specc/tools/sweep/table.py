@@ -75,7 +75,7 @@ class Axis:
         return float(number[0]) if number is not None else value
 
 
-def axis_of(name: str, text: str, unit: str = "") -> Axis:
+def parse_axis(name: str, text: str, unit: str = "") -> Axis:
     """`FROM:TO:COUNT`, both ends included, or values separated by commas.
 
     A number without a unit gets this one, if it is not empty.
@@ -89,18 +89,18 @@ def axis_of(name: str, text: str, unit: str = "") -> Axis:
     texts = ends[:2] if ends[1:] else _split(text, ",")
     values = [in_unit(value.strip(), unit) for value in texts]
     if ends[1:]:
-        values = _between(name, values[0], values[1], ends[2].strip())
+        values = _evenly_spaced(name, values[0], values[1], ends[2].strip())
     if not all(values):
         raise SweepError(f"--set {name}={text}: a value is empty")
     # The same runs twice would pass for more of them.
-    counts = Counter(keys := [meaning(value) for value in values])
+    counts = Counter(keys := [normalised(value) for value in values])
     if twice := [v for v, key in zip(values, keys, strict=True) if counts[key] > 1]:
         raise SweepError(f"--set {name}={text}: {twice[-1]} is there twice")
     units = {number[1] if (number := quantity(value)) else None for value in values}
     return Axis(name, tuple(values), units.pop() if len(units) == 1 else None)
 
 
-def seeds_of(text: str) -> tuple[int, ...]:
+def parse_seeds(text: str) -> tuple[int, ...]:
     """`FROM:TO` without TO, or seeds separated by commas. Raises SweepError."""
     parts = [part.strip() for part in re.split("[:,]", text)]
     if not all(part.isascii() and part.isdigit() and len(part) < 19 for part in parts):
@@ -116,7 +116,7 @@ def seeds_of(text: str) -> tuple[int, ...]:
     return tuple(range(*numbers))
 
 
-def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, str]]:
+def combinations(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, str]]:
     """Every combination of values, the last axis changing fastest. Raises SweepError."""
     count = prod(len(axis.values) for axis in axes)
     if count > MOST_SETTINGS or count * len(seeds) > MOST_RUNS:
@@ -129,7 +129,7 @@ def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, st
 
 
 @lru_cache(MOST_SETTINGS)
-def meaning(value: str) -> Hashable:
+def normalised(value: str) -> Hashable:
     """What is the same of 1, 1.0 and of 1[s], 1000[ms]; of all but quantities the text."""
     number = quantity(value)
     if number is not None and len(number[1]) <= _LONGEST_UNIT:
@@ -139,7 +139,7 @@ def meaning(value: str) -> Hashable:
     return value.strip()
 
 
-def _between(name: str, first: str, last: str, count: str) -> list[str]:
+def _evenly_spaced(name: str, first: str, last: str, count: str) -> list[str]:
     begin, end = quantity(first), quantity(last)
     if begin is None or end is None or begin[1] != end[1]:
         raise SweepError(f"--set {name}: {first} and {last} are not two numbers of one unit")
@@ -180,7 +180,7 @@ Row = dict[str, Any]
 
 def key_of(setting: SweepSetting, seed: int) -> RunKey:
     """What tells a run from all others of the same specification and options."""
-    return frozenset((name, meaning(value)) for name, value in setting.items()), seed
+    return frozenset((name, normalised(value)) for name, value in setting.items()), seed
 
 
 class Folder:
@@ -279,7 +279,7 @@ class Folder:
             raise OSError(error.errno, error.strerror, str(self.path / LOG)) from None
         self.done[key_of(setting, seed)] = figures
 
-    def lacks(self, setting: SweepSetting, seed: int, limit_s: float) -> bool:
+    def is_missing(self, setting: SweepSetting, seed: int, limit_s: float) -> bool:
         """Whether a run is to be made: it is not there, or ended by a shorter limit than this."""
         run = self.done.get(key_of(setting, seed))
         return run is None or (run.get("ended") == LIMIT and run["wall_s"] < limit_s)

@@ -2,14 +2,14 @@
 
 from specc.lang.values import NotRecorded
 from specc.tools.why.moment import Moment, NotKnown, value_of
-from specc.tools.why.reasons import Reasons, reasons_of_violation, shown
+from specc.tools.why.reasons import Reasons, value_text, violation_reasons
 
 __all__ = [
     "Moment",
     "NotKnown",
     "NotRecorded",
     "Reasons",
-    "reasons_of_violation",
-    "shown",
     "value_of",
+    "value_text",
+    "violation_reasons",
 ]

@@ -159,7 +159,7 @@ class Moment:
             fresh=_Fresh(self._step["fresh"]),
             lags=_Lazy(self._lag),
             present={key for key in self.subsystem.inputs if self._data_of(key) is not None},
-            memory=_Lazy(lambda name: self._remembered(name, variant)),
+            memory=_Lazy(lambda name: self._recorded_memory(name, variant)),
             lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
             constants=_Lazy(lambda name: evaluate(values[name], env)),
             files=_Lazy(lambda name: os.path.join(self._folder, files[name])),
@@ -188,12 +188,12 @@ class Moment:
             raise NotKnown(f"the {kind} of x.{peer}.{element} is not recorded")
         return value_of(Real() if kind == "age" else Int(), data)
 
-    def _remembered(self, name: str, variant: int) -> Value:
+    def _recorded_memory(self, name: str, variant: int) -> Value:
         item = next(item for item in self.subsystem.memory if item.name == name)
         if self._memory is None or name not in self._memory:
             raise NotKnown(f"memory {name} is not recorded")
         value = value_of(item.type, self._memory[name])
-        return _nudged(value, variant) if variant and _is_array(item.type) else value
+        return _perturbed(value, variant) if variant and _is_array(item.type) else value
 
     def _clock(self, name: str) -> Value:
         rate_hz = self.subsystem.rate_hz
@@ -230,7 +230,7 @@ class Moment:
         except NotKnown:
             raise
         except (Exception, SystemExit) as error:  # whatever the user's function raises
-            raise NotKnown(f"{m.source_name(operator.name)} raised {_described(error)}") from error
+            raise NotKnown(f"{m.source_name(operator.name)} raised {_error_text(error)}") from error
 
     def _argument(self, type_: Type, value: Value) -> Any:
         """A value as operators take it."""
@@ -245,7 +245,7 @@ class Moment:
         return resolve_name(python)(**vars(built)) if python else built
 
 
-def _described(error: BaseException) -> str:
+def _error_text(error: BaseException) -> str:
     """Class and message of an exception on one line, whatever its `__str__` does."""
     name = type(error).__name__
     try:
@@ -281,10 +281,10 @@ def _is_array(type_: Type) -> bool:
     return (type_.value if isinstance(type_, OptionalOf) else type_).is_array
 
 
-def _nudged(value: Value, variant: int, place: int = 0) -> Value:
+def _perturbed(value: Value, variant: int, place: int = 0) -> Value:
     """A value whose floats are off by rounding, each up or down as a variant has it."""
     if isinstance(value, tuple):
-        return tuple([_nudged(v, variant, 4 * place + i) for i, v in enumerate(value)])
+        return tuple([_perturbed(v, variant, 4 * place + i) for i, v in enumerate(value)])
     if not isinstance(value, float):
         return value
     is_up = variant + (place * variant * 2654435761 >> 7 if variant > 2 else 0)

@@ -40,8 +40,8 @@ class Reasons:
 
     def __init__(self, moment: Moment) -> None:
         self._moment = moment
-        self._printed: set[m.Expr] = set()
-        self._named: set[tuple[str, bool]] = set()
+        self._shown_exprs: set[m.Expr] = set()
+        self._explained_lets: set[tuple[str, bool]] = set()
         """Named parts whose reasons are told, and whether they were wanted to hold."""
         self._bound: dict[str, Any] = {}
         """Variables of quantifiers, while one item is told of."""
@@ -68,11 +68,11 @@ class Reasons:
         elif isinstance(expr, m.Logic):
             yield from self._operands(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
-            self._printed.add(expr)
-            if (expr.name, wanted) in self._named:
+            self._shown_exprs.add(expr)
+            if (expr.name, wanted) in self._explained_lets:
                 yield f"{expr.name}: {self._value_or_reason(expr)}, as above"
                 return
-            self._named.add((expr.name, wanted))
+            self._explained_lets.add((expr.name, wanted))
             value = self._moment.subsystem.let(expr.name).value
             yield f"{expr.name}, which is {_text(value)}: {self._value_or_reason(expr)}"
             yield from _indented(self._why(value, wanted, depth + 1))
@@ -118,12 +118,12 @@ class Reasons:
             case m.Builtin(name=name, args=args) if FUNCTIONS[name].compares:
                 return self._near(args, wanted, is_met)
             case m.Fresh(input=read):
-                self._printed.add(expr)
+                self._shown_exprs.add(expr)
                 came = "came" if is_met is wanted else "did not come"
                 need = "" if is_met else f", needs {'one' if wanted else 'none'}"
                 return f"a new {show(read)} {came}{need}"
             case m.Present(input=read):
-                self._printed.add(expr)
+                self._shown_exprs.add(expr)
                 has = "has" if is_met is wanted else "has not"
                 return f"{show(read)} {has} a value{'' if is_met else ', needs the opposite'}"
             case m.IsOneOf(item=item, members=members):
@@ -136,22 +136,22 @@ class Reasons:
 
     def _value(self, expr: m.Expr) -> str:
         """An expression with its value."""
-        self._printed.add(expr)
+        self._shown_exprs.add(expr)
         text = _text(expr)
-        return text if _is_literal(expr) else f"{text} = {self._shown(expr)}"
+        return text if _is_literal(expr) else f"{text} = {self._value_or_unknown(expr)}"
 
-    def _shown(self, expr: m.Expr) -> str:
+    def _value_or_unknown(self, expr: m.Expr) -> str:
         try:
-            return shown(expr.type, self._value_of(expr))
+            return value_text(expr.type, self._value_of(expr))
         except NotKnown as why:
             return f"not known ({why})"
 
     def _compared(self, op: str, left: m.Expr, right: m.Expr, is_met: bool) -> str:
         if _is_literal(left) and not _is_literal(right):
             left, right, op = right, left, m.MIRRORED[op]
-        limit = self._shown(right)
+        limit = self._value_or_unknown(right)
         if not _is_literal(right):
-            self._printed.add(right)
+            self._shown_exprs.add(right)
             limit += f" ({_text(right)})"
         words = f"{self._value(left)}, {'is' if is_met else 'needs'} {op} {limit}"
         if is_met or op in ("==", "!=") or not isinstance(left.type, Real | Int):
@@ -161,7 +161,7 @@ class Reasons:
 
     def _near(self, args: tuple[m.Expr, ...], wanted: bool, is_met: bool) -> str:
         """How far the two are apart, and what is allowed."""
-        self._printed.update(args[2:])
+        self._shown_exprs.update(args[2:])
         a, b, most, *turn = map(self._value_of, args)
         if turn:
             spans = [
@@ -211,14 +211,14 @@ class Reasons:
     def _read(self, expr: m.Expr) -> Iterator[str]:
         """The values that were read and are not told yet."""
         for leaf in self._moment.leaves(expr):
-            if leaf in self._printed:
+            if leaf in self._shown_exprs:
                 continue
-            self._printed.add(leaf)
+            self._shown_exprs.add(leaf)
             if isinstance(leaf, m.Fresh | m.Present):
                 yield f"read {show(leaf)} = {self._value_or_reason(leaf)}"
             elif isinstance(leaf, m.LetRef):
                 meaning = _text(self._moment.subsystem.let(leaf.name).value)
-                yield f"read {leaf.name} = {self._shown(leaf)}, which is {meaning}"
+                yield f"read {leaf.name} = {self._value_or_unknown(leaf)}, which is {meaning}"
             else:
                 yield f"read {self._value(leaf)}"
 
@@ -240,19 +240,19 @@ def _length(value: Any, type_: Type) -> str:
     return f"{value:.3g}{unit}" if isinstance(value, float) else f"{truncate(str(value), 30)}{unit}"
 
 
-def shown(type_: Type, value: Any) -> str:
+def value_text(type_: Type, value: Any) -> str:
     """A value with its unit, in SI units."""
-    return truncate(_shown(type_, value), _LONGEST_VALUE)
+    return truncate(_value_text(type_, value), _LONGEST_VALUE)
 
 
-def _shown(type_: Type, value: Any) -> str:
+def _value_text(type_: Type, value: Any) -> str:
     if isinstance(value, NotRecorded):
         return "not recorded"
     inner = complete_type(type_)
     if inner.units or inner.is_array:
         return _quantity(inner, value)
     some = value[:_MOST_ITEMS] if isinstance(type_, ListOf) else value
-    match kind(type_).map_parts(type_, some, _shown):
+    match kind(type_).map_parts(type_, some, _value_text):
         case tuple() as items if isinstance(type_, ListOf):
             return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{', '.join(items)}]"
         case tuple() as items:
@@ -290,7 +290,7 @@ Steps = Callable[[float], Mapping[str, Mapping[str, Any]]]
 """The messages of the last steps until a time in s, by subsystem."""
 
 
-def reasons_of_violation(
+def violation_reasons(
     requirement: Requirement, time_s: float, steps: Steps, shown_s: Callable[[float], str]
 ) -> Iterator[str]:
     """Why its formula fails at a time; `shown_s` makes words of times.
@@ -344,6 +344,6 @@ def _read(reading: Reading, step: Mapping[str, Any] | None) -> str:
     for name in reading.element:
         data = data.get(name) if isinstance(data, dict) else None
     try:
-        return "" if data is None else shown(reading.type, value_of(reading.type, data))
+        return "" if data is None else value_text(reading.type, value_of(reading.type, data))
     except NotKnown:
         return ""

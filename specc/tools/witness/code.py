@@ -27,7 +27,7 @@ from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
 from specc.search import LagKey, OperatorAnswer
-from specc.tools.witness.subject import OPERATORS, alone, unproved
+from specc.tools.witness.subject import OPERATORS, generate_checked, isolated
 
 # What a script does, period by period. Values go by the names that the specification has for them:
 # `x.peer.element`, or that of memory.
@@ -38,18 +38,18 @@ ScriptValues = Mapping[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Periods:
-    """One period, or several ones that are alike.
+    """One period, or several ones that are is_close.
 
     Attributes:
         arrives: elements that come in this period, with their values.
-        there: elements that have these values without having come in this period.
+        stale: elements that have these values without having come in this period.
         absent: elements that are taken away.
         into: the state that the step leads to; empty in the last step, which has to decide.
         way: the row that is taken, in words.
     """
 
     arrives: ScriptValues
-    there: ScriptValues
+    stale: ScriptValues
     absent: tuple[str, ...] = ()
     into: str = ""
     way: str = ""
@@ -93,21 +93,21 @@ def lag_text(key: LagKey) -> str:
 # Values of the language as generated code has them.
 
 
-def for_run(value: Value, type_: Type) -> Value:
+def to_runtime(value: Value, type_: Type) -> Value:
     """A value as generated code has it."""
     if type_.is_array:
         return array(value)
-    return kind(type_).map_parts(type_, value, lambda part, item: for_run(item, part))
+    return kind(type_).map_parts(type_, value, lambda part, item: to_runtime(item, part))
 
 
-def of_run(value: Value) -> Value:
+def from_runtime(value: Value) -> Value:
     """What `for_run` made its result of."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (tuple, list)):
-        return tuple(map(of_run, value))
+        return tuple(map(from_runtime, value))
     if isinstance(value, Fields):
-        return Fields(**{name: of_run(inner) for name, inner in value})
+        return Fields(**{name: from_runtime(inner) for name, inner in value})
     return value
 
 
@@ -115,19 +115,19 @@ def of_run(value: Value) -> Value:
 
 
 class SubsystemCode:
-    """The generated code of one subsystem by itself, with operators that give what they are told.
+    """The generated code of one subsystem, with scripted results of operators.
 
     `alone` is the system that consists of the subsystem.
     """
 
     def __init__(self, system: System, subsystem: str, scratch: Path) -> None:
         """`subsystem` is a qualified name; code is generated into the directory `scratch`."""
-        self.alone = alone(system, subsystem)
-        (self.subsystem,) = self.alone.subsystems
+        self.system = isolated(system, subsystem)
+        (self.subsystem,) = self.system.subsystems
         self.answers: Sequence[OperatorAnswer] = ()
         self._package = scratch / f"witness_of_{system.name}"
-        types = PythonTypes(named_types(self.alone))
-        self.names = Module(self.alone, self.subsystem, types)
+        types = PythonTypes(named_types(self.system))
+        self.names = Module(self.system, self.subsystem, types)
         self.elements = {
             input_text(key): (self.names.inputs[key], item.type)
             for key, item in self.subsystem.inputs.items()
@@ -140,12 +140,12 @@ class SubsystemCode:
     def begin(self, answers: Sequence[OperatorAnswer]) -> Run:
         """A run from the first period on, in which operators give these answers."""
         self.answers = answers
-        return Run(self, Stepper(self._class(dict(self.alone.files))))
+        return Run(self, Stepper(self._class(dict(self.system.files))))
 
     @cached_property
     def _class(self) -> Any:
         self._package.mkdir(parents=True, exist_ok=True)
-        for name, text in unproved(self.alone).items():
+        for name, text in generate_checked(self.system).items():
             (self._package / name).write_text(text, encoding="utf-8")
         with _importable(self._modules()):
             system = load_system(self._package, "")
@@ -154,12 +154,12 @@ class SubsystemCode:
     def _modules(self) -> Iterator[ModuleType]:
         """The module of the operators, and the modules of types that are not there."""
         operators = ModuleType(OPERATORS)
-        for operator in self.alone.operators:
+        for operator in self.system.operators:
             gives = partial(self._call, operator.name, operator.result)
             setattr(operators, operator.python.partition(":")[2], gives)
         yield operators
         classes: dict[str, ModuleType] = {}
-        for _, type_ in named_types(self.alone):
+        for _, type_ in named_types(self.system):
             module, _, name = getattr(type_, "python", "").partition(":")
             if name and not hasattr(sys.modules.get(module), name):
                 stub = classes.setdefault(module, ModuleType(module))
@@ -167,11 +167,11 @@ class SubsystemCode:
         yield from classes.values()
 
     def _call(self, name: str, result: Type, *args: Any) -> Any:
-        plain = of_run(args)
+        plain = from_runtime(args)
         for operator, known, gives in self.answers:
             if operator == name and is_close(known, plain):
-                return for_run(gives, result)
-        return for_run(first_value(result), result)
+                return to_runtime(gives, result)
+        return to_runtime(first_value(result), result)
 
 
 class Run:
@@ -197,7 +197,7 @@ class Run:
         """Values of memory, as far as it has them."""
         memory, names = self._subsystem.memory, self._code.memory
         return {
-            name: of_run(getattr(memory, attribute))
+            name: from_runtime(getattr(memory, attribute))
             for name, (attribute, _) in names.items()
             if hasattr(memory, attribute)
         }
@@ -209,8 +209,8 @@ class Run:
             SkipTest: there is no such element any more.
             Exception: what the generated code raises.
         """
-        arrives, there = (self._fed(values) for values in (step.arrives, step.there))
-        absent = [_known(name, self._code.elements)[0] for name in step.absent]
+        arrives, there = (self._fed(values) for values in (step.arrives, step.stale))
+        absent = [_look_up(name, self._code.elements)[0] for name in step.absent]
         self._stepper.feed(arrives, there, absent)
         return self._stepper.step()
 
@@ -222,10 +222,10 @@ class Run:
         """
         if placed.state:
             methods = self._code.names.state_methods
-            self._stepper.place(placed.state, _known(placed.state, methods))
+            self._stepper.place(placed.state, _look_up(placed.state, methods))
         for name, value in placed.memory.items():
-            attribute, type_ = _known(name, self._code.memory)
-            setattr(self._subsystem.memory, attribute, for_run(value, type_))
+            attribute, type_ = _look_up(name, self._code.memory)
+            setattr(self._subsystem.memory, attribute, to_runtime(value, type_))
         if placed.periods is not None:
             self._stepper.lasted(placed.periods)
 
@@ -237,11 +237,11 @@ class Run:
         return None
 
     def _fed(self, values: ScriptValues) -> dict[str, Any]:
-        found = ((_known(name, self._code.elements), value) for name, value in values.items())
-        return {attribute: for_run(value, type_) for (attribute, type_), value in found}
+        found = ((_look_up(name, self._code.elements), value) for name, value in values.items())
+        return {attribute: to_runtime(value, type_) for (attribute, type_), value in found}
 
 
-def _known(name: str, names: Mapping[str, Any]) -> Any:
+def _look_up(name: str, names: Mapping[str, Any]) -> Any:
     if name not in names:
         raise SkipTest(f"there is no {name} any more: run `specc witness` again")
     return names[name]
@@ -267,11 +267,11 @@ def _importable(modules: Iterator[ModuleType]) -> Iterator[None]:
 # Where steps lead.
 
 
-class StrayError(Exception):
+class NoRunError(Exception):
     """A run does not go as wanted; the message says why."""
 
 
-class AbsentError(StrayError):
+class AbsentError(NoRunError):
     """An input is read that has no value."""
 
     def __init__(self, name: InputName) -> None:
@@ -280,7 +280,7 @@ class AbsentError(StrayError):
 
 
 @dataclass(frozen=True, slots=True)
-class Led:
+class RunPosition:
     """Where steps lead: a run, the row taken last or -1, and the periods since one was taken."""
 
     run: Run
@@ -288,24 +288,26 @@ class Led:
     periods: int
 
 
-def led(code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[OperatorAnswer]) -> Led:
-    """Where steps lead from the first period on.
+def replay(
+    code: SubsystemCode, steps: Sequence[Periods], answers: Sequence[OperatorAnswer]
+) -> RunPosition:
+    """Replay steps from the first period.
 
     Raises:
-        StrayError: not where they say.
+        NoRunError: not where they say.
     """
     try:
         run = code.begin(answers)
     except Exception as error:
-        raise StrayError(str(error)) from error
+        raise NoRunError(str(error)) from error
     row, periods = -1, -1
     for step in steps:
         for _ in range(step.periods):
             row = _row(run, step)
             periods = periods + 1 if row < 0 else 0
         if run.state != step.into:
-            raise StrayError("another state is reached")
-    return Led(run, row, periods)
+            raise NoRunError("another state is reached")
+    return RunPosition(run, row, periods)
 
 
 def run_for(run: Run, step: Periods, most: int) -> int:
@@ -320,7 +322,7 @@ def run_for(run: Run, step: Periods, most: int) -> int:
                 return periods
         except AbsentError:
             raise
-        except StrayError:
+        except NoRunError:
             return periods
     return most
 
@@ -329,18 +331,18 @@ def fault(code: SubsystemCode, script: Script) -> UndecidedTransition:
     """How the last step of a script ends if not exactly one row applies.
 
     Raises:
-        StrayError: exactly one does, or something else goes wrong before.
+        NoRunError: exactly one does, or something else goes wrong before.
     """
-    run = led(code, script.steps, script.answers).run
+    run = replay(code, script.steps, script.answers).run
     if script.placed is not None:
         run.place(script.placed)
     try:
         _row(run, script.last)
-    except StrayError as error:
+    except NoRunError as error:
         if isinstance(error.__cause__, UndecidedTransition):
             return error.__cause__
         raise
-    raise StrayError("the last step decides")
+    raise NoRunError("the last step decides")
 
 
 def _row(run: Run, step: Periods) -> int:
@@ -350,7 +352,7 @@ def _row(run: Run, step: Periods) -> int:
     except Exception as error:
         if run.is_assumed and (name := run.absent(error)):
             raise AbsentError(name) from error
-        raise StrayError(str(error)) from (error if run.is_assumed else None)
+        raise NoRunError(str(error)) from (error if run.is_assumed else None)
     if not run.is_assumed:
-        raise StrayError("an assumption does not hold")
+        raise NoRunError("an assumption does not hold")
     return row

@@ -26,7 +26,7 @@ OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
 
 
-def alone(system: System, name: str) -> System:
+def isolated(system: System, name: str) -> System:
     """One subsystem of a system, by its qualified name, with all operators in one module.
 
     What has errors in its text is left out: a condition holds where it surely does, an assignment
@@ -38,7 +38,7 @@ def alone(system: System, name: str) -> System:
     for agent in system.agents:
         for subsystem in agent.subsystems:
             if subsystem.qualified_name == name:
-                kept = replace(agent, subsystems=(_legible(subsystem),), devices=())
+                kept = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
                 names = Namespace()
                 operators = tuple(
                     replace(operator, python=f"{OPERATORS}:{names.new(operator.name)}")
@@ -48,7 +48,7 @@ def alone(system: System, name: str) -> System:
     raise KeyError(name)
 
 
-def unproved(system: System) -> dict[str, str]:
+def generate_checked(system: System) -> dict[str, str]:
     """Generated code of a system that checks all rows while it runs, by path in its package."""
     return fill_templates(lower(system, None, stand_ins=True))
 
@@ -58,12 +58,12 @@ def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
     unknowns = [item.init for item in subsystem.memory if has_unknown(item.init)]
     unknowns += [let.value for let in subsystem.lets if has_unknown(let.value)]
     for value in unknowns:
-        call = _standing_in(value)
+        call = _with_stand_in(value)
         assert isinstance(call, Call)  # there is something unknown in it
         yield Operator(call.operator, (), value.type, "", "", Trace(), subsystem.place)
 
 
-def _standing_in(expr: Expr) -> Expr:
+def _with_stand_in(expr: Expr) -> Expr:
     """The expression, or a call of an operator of which nothing is known."""
     unknown = next((node for node in walk(expr) if isinstance(node, Unknown)), None)
     if unknown is None:
@@ -71,7 +71,7 @@ def _standing_in(expr: Expr) -> Expr:
     return Call(f"unknown_{re.sub(r'[^A-Za-z0-9]', '_', unknown.name)}", (), type=expr.type)
 
 
-def _legible(subsystem: Subsystem) -> Subsystem:
+def _without_errors(subsystem: Subsystem) -> Subsystem:
     behaviours = {id(b): _legible_behaviour(b) for b in subsystem.behaviours}
     states = tuple(
         replace(s, behaviour=behaviours.get(id(s.behaviour)) or _legible_behaviour(s.behaviour))
@@ -80,8 +80,10 @@ def _legible(subsystem: Subsystem) -> Subsystem:
     rows = (replace(r, condition=_legible_condition(r.condition)) for r in subsystem.transitions)
     return replace(
         subsystem,
-        memory=tuple(replace(item, init=_standing_in(item.init)) for item in subsystem.memory),
-        lets=tuple(replace(let, value=runnable(_standing_in(let.value))) for let in subsystem.lets),
+        memory=tuple(replace(item, init=_with_stand_in(item.init)) for item in subsystem.memory),
+        lets=tuple(
+            replace(let, value=runnable(_with_stand_in(let.value))) for let in subsystem.lets
+        ),
         behaviours=tuple(behaviours.values()),
         states=states,
         transitions=tuple(rows),
@@ -139,7 +141,7 @@ class Refutation:
 
 def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
-    for decided in facts.row_verdicts():
+    for decided in facts.row_verdicts:
         yield from _of_rows(decided)
     for machine in facts.consistent_machines:
         yield from _of_absence(machine)
@@ -153,18 +155,13 @@ def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
     if gap and verdict.rows:
         words = f"no row of state `{state.name}` applies {situation(gap)}"
         yield Refutation("E0601", name, state.name, cause, words, gap.answers)
-    elif decided.lacks_rows and not _is_unfinished(decided):
+    elif decided.lacks_rows and state not in decided.machine.dead_ends:  # these have no rows yet
         words = f"state `{state.name}` can end {ended} and has no row for that"
         yield Refutation("E0603", name, state.name, cause, words)
     if overlap:
         rows = tuple(verdict.rows[index] for index in overlap.holding)
         words = f"two rows of state `{state.name}` apply {situation(overlap)}"
         yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
-
-
-def _is_unfinished(decided: RowVerdictAt) -> bool:
-    """Whether the table has no rows for the state yet."""
-    return any(decided.state is state for state in decided.machine.dead_ends)
 
 
 def _of_absence(machine: Machine) -> Iterator[Refutation]:

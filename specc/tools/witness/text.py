@@ -36,10 +36,12 @@ def scenario(refutation: Refutation, script: Script, spec: str) -> str:
     """
     lines = tuple(_lines(refutation, script))
     used = " ".join(line for line in lines if not line.startswith("#"))
+    ended = f", ended by its {refutation.cause} condition" if refutation.cause else ""
+    about = f"{refutation.code} in {refutation.subsystem}, state {refutation.state}{ended}."
     parts = {
         "mark": MARK,
-        "title": _documented(_title(refutation)),
-        "about": tuple(map(_documented, _about(refutation, script))),
+        "title": _docstring_text(about),
+        "about": tuple(map(_docstring_text, _about(refutation, script))),
         "imports": ", ".join(name for name in _HELPERS if name == "Trial" or f"{name}(" in used),
         "spec": repr(spec.replace(os.sep, "/")),
         "name": f"test_{_identifier(refutation)}",
@@ -56,11 +58,6 @@ def _identifier(refutation: Refutation) -> str:
     unclear = any("__" in f"_{name}_" for name in whole.split("."))
     number = f"__{crc32(whole.encode()):08x}" if unclear else ""
     return f"{whole.replace('.', '__')}__{refutation.code}{number}"
-
-
-def _title(refutation: Refutation) -> str:
-    ended = f", ended by its {refutation.cause} condition" if refutation.cause else ""
-    return f"{refutation.code} in {refutation.subsystem}, state {refutation.state}{ended}."
 
 
 def _about(refutation: Refutation, script: Script) -> Iterator[str]:
@@ -85,21 +82,17 @@ def _lines(refutation: Refutation, script: Script) -> Iterator[str]:
         into = [repr(step.into), *_inputs(step)]
         if step.periods != 1:
             into.append(f"periods={step.periods}")
-        yield f"# {_commented(step.way)}"
+        yield f"# {_comment_text(step.way)}"
         yield f"trial.step({', '.join(into)})"
     if script.placed is not None:
         yield from _place(script.placed)
-    yield from (f"# {line}" for line in wrap(_commented(_last(refutation, script)), _WIDTH))
-    yield f"trial.decide({', '.join(_inputs(script.last))})"
-
-
-def _last(refutation: Refutation, script: Script) -> str:
-    """What happens in the last step, in words."""
-    if refutation.absent is not None:
-        return f"{input_text(refutation.absent)} has not arrived, and is read"
     ended = f"{refutation.state} {refutation.cause} "
-    held = " and ".join(row.removeprefix(ended) for row in script.rows) or "none"
-    return f"{refutation.cause} condition holds; rows that apply: {held}"
+    rows = " and ".join(row.removeprefix(ended) for row in script.rows) or "none"
+    last = f"{refutation.cause} condition holds; rows that apply: {rows}"
+    if refutation.absent is not None:
+        last = f"{input_text(refutation.absent)} has not arrived, and is read"
+    yield from (f"# {line}" for line in wrap(_comment_text(last), _WIDTH))
+    yield f"trial.decide({', '.join(_inputs(script.last))})"
 
 
 def _place(placed: Placed) -> Iterator[str]:
@@ -110,7 +103,7 @@ def _place(placed: Placed) -> Iterator[str]:
     else:
         yield "# No inputs were found that lead to these values, so they are set directly."
     if placed.memory:
-        arguments.append(f"memory={_spelled(placed.memory)}")
+        arguments.append(f"memory={_values_text(placed.memory)}")
     if placed.periods is not None:
         arguments.append(f"periods={placed.periods}")
     yield f"trial.place({', '.join(arguments)})"
@@ -118,23 +111,23 @@ def _place(placed: Placed) -> Iterator[str]:
 
 def _inputs(step: Periods) -> Iterator[str]:
     if step.arrives:
-        yield f"arrives={_spelled(step.arrives)}"
-    if step.there:
-        yield f"there={_spelled(step.there)}"
+        yield f"arrives={_values_text(step.arrives)}"
+    if step.stale:
+        yield f"there={_values_text(step.stale)}"
     if step.absent:
         yield f"absent={list(step.absent)!r}"
 
 
-def _spelled(values: ScriptValues) -> str:
+def _values_text(values: ScriptValues) -> str:
     return f"{{{', '.join(f'{name!r}: {literal_of(value)}' for name, value in values.items())}}}"
 
 
-def _documented(text: str) -> str:
+def _docstring_text(text: str) -> str:
     """A text for the inside of a docstring."""
     return text.replace("\\", "\\\\").replace('"', "'")
 
 
-def _commented(text: str) -> str:
+def _comment_text(text: str) -> str:
     """A text for a comment of one line, without instructions to linters."""
     return " ".join(text.replace("#", "").split())
 
@@ -154,17 +147,11 @@ def put(path: Path, text: str) -> None:
         OSError: the system refuses.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if os.path.lexists(path) and not _is_own(path, text):
-        raise ForeignFileError(str(path))
+    if os.path.lexists(path):
+        old = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+        if not old.startswith(f"{MARK}\n") or _specification(old) != _specification(text):
+            raise ForeignFileError(str(path))
     atomic_files.write_atomically(path, text)
-
-
-def _is_own(path: Path, text: str) -> bool:
-    """Whether what is there was written of the same specification."""
-    if not path.is_file():
-        return False
-    there = path.read_text(encoding="utf-8", errors="replace")
-    return there.startswith(f"{MARK}\n") and _specification(there) == _specification(text)
 
 
 def _specification(text: str) -> str:

@@ -39,7 +39,7 @@ class Trial:
         if result.system is None or subsystem not in names - result.broken:
             raise ValueError(f"{spec} has errors: see `specc validate {spec}`")
         self._code = SubsystemCode(result.system, subsystem, scratch)
-        self._places = _places(self._code.alone, result.sources)
+        self._places = _places(self._code.system, result.sources)
         self._answers: list[OperatorAnswer] = []
 
     def operator(self, name: str, *args: Value, gives: Value) -> None:

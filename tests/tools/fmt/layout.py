@@ -2,7 +2,7 @@
 
 from specc.read import read_text
 from specc.read.document import comments_of
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 
 
 def words(text: str) -> str:
@@ -13,7 +13,7 @@ def words(text: str) -> str:
 
 def keeps_what_is_written(text: str) -> None:
     """The layout keeps data and comments, and is its own layout."""
-    new = formatted(text)
+    new = format_text(text)
     assert all(line == line.rstrip() for line in new.splitlines())
     if new == text:
         return
@@ -21,4 +21,4 @@ def keeps_what_is_written(text: str) -> None:
     assert before.ok and after.ok
     assert before.data == after.data
     assert words(text) == words(new)
-    assert formatted(new) == new
+    assert format_text(new) == new

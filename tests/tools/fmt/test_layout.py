@@ -2,7 +2,7 @@
 
 import pytest
 
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 
 RULES = {
     "keys in order": (
@@ -95,26 +95,26 @@ subsystem:
 
 @pytest.mark.parametrize(("old", "new"), RULES.values(), ids=RULES)
 def test_rule(old: str, new: str) -> None:
-    assert formatted(old) == new
-    assert formatted(new) == new
+    assert format_text(old) == new
+    assert format_text(new) == new
 
 
 def test_tables_are_aligned_with_their_headers() -> None:
-    assert formatted(TABLE) == ALIGNED
-    assert formatted(ALIGNED) == ALIGNED
-    assert "[S10, error,    lost,   S0]" in formatted(
+    assert format_text(TABLE) == ALIGNED
+    assert format_text(ALIGNED) == ALIGNED
+    assert "[S10, error,    lost,   S0]" in format_text(
         TABLE.replace("# state  cause", "# state cause")
     )
 
 
 def test_rows_of_several_states_are_cells_of_the_table() -> None:
     rows = "  - [[S0, S1], error, lost, S2]\n  - [S2, terminal, otherwise, S0]\n"
-    text = formatted(f"specc: 1.1\nsubsystem:\n  transitions:\n{rows}")
+    text = format_text(f"specc: 1.1\nsubsystem:\n  transitions:\n{rows}")
     assert "- [[S0, S1], error,    lost,      S2]\n" in text
     assert "- [S2,       terminal, otherwise, S0]\n" in text
-    assert formatted(text) == text
+    assert format_text(text) == text
 
 
 def test_aliases_stay_behind_their_anchors() -> None:
     text = "title: &t demo\nsystem: *t\nspecc: 1\n"
-    assert formatted(text).index("&t") < formatted(text).index("*t")
+    assert format_text(text).index("&t") < format_text(text).index("*t")

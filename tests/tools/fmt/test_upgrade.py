@@ -11,7 +11,7 @@ from ruamel.yaml import YAML
 
 from specc.model.expr import Logic, Node, Unary
 from specc.pipeline import compile_spec
-from specc.tools.fmt import formatted, upgrade
+from specc.tools.fmt import format_text, upgrade
 from tests.house.tree import ROOT
 from tests.seeds import Seeds, blocks
 from tests.soundness.specifications import specification
@@ -53,9 +53,9 @@ def rows(path: Path) -> dict[str, set[tuple[object, ...]]]:
 
 
 def upgraded(path: Path, beside: Path) -> str:
-    beside.write_text(formatted(path.read_text(encoding="utf-8"), upgrade), encoding="utf-8")
+    beside.write_text(format_text(path.read_text(encoding="utf-8"), upgrade), encoding="utf-8")
     text = beside.read_text(encoding="utf-8")
-    assert formatted(text, upgrade) == text
+    assert format_text(text, upgrade) == text
     assert rows(path) == rows(beside)
     return text
 
@@ -150,5 +150,5 @@ def test_only_a_negation_is_an_opposite(
     old = tmp_path / "old.yaml"
     text = MACHINE.replace('far: {when: "not (x.eye.d < 1[m])"}', f"far: {far}", 1)
     old.write_text(text.replace("near_by: x.eye.d < 1[m]", f"near_by: {near}"))
-    new = formatted(old.read_text(), upgrade)
+    new = format_text(old.read_text(), upgrade)
     assert ("far:" not in new) == is_opposite

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from specc.lang.builtins import BUILTIN_NAMES
-from specc.tools.fmt import formatted
+from specc.tools.fmt import format_text
 from specc.tools.lsp import features
 from specc.tools.lsp.cursor import signature
 from specc.tools.lsp.describe import OutlineEntry
@@ -170,12 +170,12 @@ def test_the_outline_has_the_parts_inside_each_other(tmp_path: Path) -> None:
 
 def test_the_layout_is_that_of_the_formatter(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
-    assert features.layout(project, system) == formatted(SYSTEM)
-    project.put(system, formatted(SYSTEM))
+    assert features.layout(project, system) == format_text(SYSTEM)
+    project.put(system, format_text(SYSTEM))
     assert features.layout(project, system) is None
     windows = SYSTEM.replace("\n", "\r\n")
     project.put(system, windows)
-    assert features.layout(project, system) == formatted(SYSTEM).replace("\n", "\r\n")
+    assert features.layout(project, system) == format_text(SYSTEM).replace("\n", "\r\n")
     project.put(system, SYSTEM.replace("frames: {", "frames: ["))
     assert features.layout(project, system) is None
     project.put(system, "a:   1\n")

@@ -1,7 +1,7 @@
-"""Which questions, and which parts of a conjunction, have to do with each other.
+"""Which questions, and which parts of a conjunction, depend on each other.
 
-Tables treat the variables of conditions as independent. What they prove is true all the same; where
-they refute, variables computed from the same value may not be independent, and the solver is asked.
+Tables treat the variables of conditions as independent. Their proofs hold all the same; their
+refutations are open where variables are computed from the same value.
 """
 
 from __future__ import annotations
@@ -35,18 +35,16 @@ from specc.model.expr import (
 from specc.model.types import Int, Real, Spatial, Vector
 from specc.proof.clock import ELAPSED
 from specc.proof.formula import (
-    Apart,
     Arrival,
     Atom,
     EnumItem,
     Formula,
+    PoseDistance,
     Quantity,
     Variable,
     atoms_of,
 )
 from specc.proof.numbering import Numbering
-
-# Which parts of a conjunction have to do with each other: those that ask about one variable.
 
 
 def conjuncts(formulas: Iterable[Formula]) -> list[Formula]:
@@ -60,57 +58,57 @@ def variables_of(formulas: Iterable[Formula]) -> set[Variable]:
 
 
 Variables = Callable[[Iterable[Formula]], Set[object]]
-"""What formulas are about; those that have something in common are connected."""
+"""What formulas depend on; formulas with a common dependency are connected."""
 
 
 def connected(
-    parts: Sequence[Formula], seeds: Iterable[Formula], things: Variables = variables_of
+    parts: Sequence[Formula], seeds: Iterable[Formula], dependencies: Variables = variables_of
 ) -> list[Formula]:
     """The parts that are connected with the seeds, directly or through other parts.
 
     A constant is connected with everything.
     """
-    places = _Places(things((part,)) for part in parts)
-    return [parts[place] for place in places.connected_with(things(seeds))]
+    places = _Index(dependencies((part,)) for part in parts)
+    return [parts[place] for place in places.connected_with(dependencies(seeds))]
 
 
 def components(
-    parts: Sequence[Formula], things: Variables = variables_of
+    parts: Sequence[Formula], dependencies: Variables = variables_of
 ) -> Iterator[list[Formula]]:
     """The parts in groups that have nothing to do with each other."""
-    places = _Places(things((part,)) for part in parts)
+    places = _Index(dependencies((part,)) for part in parts)
     for place, part in enumerate(parts):
-        if place in places.left:
-            places.left.remove(place)
+        if place in places.remaining:
+            places.remaining.remove(place)
             yield [part, *(parts[other] for other in places.connected_with(places.about[place]))]
 
 
-class _Places:
-    """Where parts stand in their sequence, found by what they are about; each is taken once."""
+class _Index:
+    """Positions of parts by what they depend on; each is returned once."""
 
     def __init__(self, about: Iterable[Set[object]]) -> None:
         self.about = list(about)
-        self.left = set(range(len(self.about)))
+        self.remaining = set(range(len(self.about)))
         self._constants = [place for place, names in enumerate(self.about) if not names]
-        self._found: dict[object, list[int]] = {}
+        self._by_dependency: dict[object, list[int]] = {}
         for place, names in enumerate(self.about):
             for name in names:
-                self._found.setdefault(name, []).append(place)
+                self._by_dependency.setdefault(name, []).append(place)
 
-    def connected_with(self, things: Set[object]) -> list[int]:
-        """The constants that are left, and then what is connected with some things."""
-        taken = [place for place in self._constants if place in self.left]
+    def connected_with(self, seeds: Set[object]) -> list[int]:
+        """The remaining constants, then what is connected with the seeds."""
+        found = [place for place in self._constants if place in self.remaining]
         self._constants = []
-        self.left.difference_update(taken)
-        reached, open_ = set[object](), set(things)
+        self.remaining.difference_update(found)
+        reached, open_ = set[object](), set(seeds)
         while open_:
-            places = {place for thing in open_ for place in self._found.get(thing, ())}
-            near = sorted(places & self.left)
-            self.left.difference_update(near)
-            taken += near
+            places = {place for thing in open_ for place in self._by_dependency.get(thing, ())}
+            near = sorted(places & self.remaining)
+            self.remaining.difference_update(near)
+            found += near
             reached |= open_
             open_ = {thing for place in near for thing in self.about[place]} - reached
-        return taken
+        return found
 
 
 # Which questions ask about values that are computed from the same ones.
@@ -129,11 +127,11 @@ _MOST_APART = 64
 """Components of a vector that are told apart; those of longer ones all count as related."""
 
 
-class Relations:
+class Dependencies:
     """Relations between the atoms of one subsystem."""
 
     def __init__(self, numbering: Numbering) -> None:
-        self._numbering = numbering
+        self.numbering = numbering
         self._roots: dict[Atom, frozenset[object]] = {}
 
     def are_related(self, atoms: Sequence[Atom]) -> bool:
@@ -141,42 +139,38 @@ class Relations:
         met: dict[object, Variable] = {}
         for atom in atoms:
             variable = atom.variable
-            if isinstance(variable, Quantity) and self._computes(atom) and not self._varies(atom):
+            if (
+                isinstance(variable, Quantity)
+                and self._computes(atom)
+                and not self._is_unbounded(atom)
+            ):
                 return True
-            if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
+            if any(met.setdefault(root, variable) != variable for root in self._roots_of(atom)):
                 return True
         return False
 
-    def in_sums(self, atoms: Sequence[Atom]) -> bool:
-        """Whether numbers are compared that are not constant, or sums."""
-        return any(
-            isinstance(atom.variable, Quantity)
-            and (atom.variable.kind == "difference" or self._computes(atom))
-            for atom in atoms
-        )
-
-    def things(self, formulas: Iterable[Formula]) -> set[object]:
+    def of(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
         found: set[object] = set()
         for atom in atoms_of(formulas):
             found.add(atom.variable)
-            roots = self._of(atom)
+            roots = self._roots_of(atom)
             spend("proof", len(roots) // _MET_IN_A_STEP)
             found |= roots
         return found
 
-    def _of(self, atom: Atom) -> frozenset[object]:
+    def _roots_of(self, atom: Atom) -> frozenset[object]:
         if atom not in self._roots:
-            self._roots[atom] = frozenset(self._find(atom))
+            self._roots[atom] = frozenset(self._find_roots(atom))
         return self._roots[atom]
 
-    def _find(self, atom: Atom) -> Iterator[object]:
+    def _find_roots(self, atom: Atom) -> Iterator[object]:
         """Numbers of what an answer is computed from, as far as the solver knows how."""
         variable = atom.variable
-        if isinstance(variable, (Apart, Arrival)):
+        if isinstance(variable, (PoseDistance, Arrival)):
             return
         if isinstance(variable, Quantity) and variable.kind == "periods":
-            yield self._numbering.number(ELAPSED)
+            yield self.numbering.number(ELAPSED)
             return
         seen: set[int] = set()
         open_ = [variable.expr if isinstance(variable, EnumItem) else atom.expr]
@@ -186,20 +180,25 @@ class Relations:
                 continue
             if not spend("proof", 1):  # nothing more is decided then, whatever is related
                 return
-            expr = self._through(part)
-            if id(expr) in seen or self._is_known(expr):
+            expr = self._resolve(part)
+            if id(expr) in seen or self._is_constant(expr):
                 continue
             seen.add(id(expr))
-            if isinstance(expr, Component) and _apart(whole := self._through(expr.value)):
-                yield self._numbering.number(whole), expr.index
+            if isinstance(expr, Component) and _independent_components(
+                whole := self._resolve(expr.value)
+            ):
+                yield self.numbering.number(whole), expr.index
                 continue
-            if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
+            function = FUNCTIONS[expr.name] if isinstance(expr, Builtin) else None
+            is_near = function is not None and function.compares and len(children(expr)) == 3
+            has_term = is_near or (function is not None and function.term is not None)
+            if isinstance(expr, _LOOKED_INTO) or has_term:
                 open_ += children(expr)
                 continue
             if not isinstance(expr, BoundVariable):
-                yield (number := self._numbering.number(expr))
-                yield from ((number, index) for index in range(_apart(expr)))
-            if isinstance(expr, Builtin) and _is_told(expr):
+                yield (number := self.numbering.number(expr))
+                yield from ((number, index) for index in range(_independent_components(expr)))
+            if isinstance(expr, Builtin) and (expr.name == LENGTH or FUNCTIONS[expr.name].laws):
                 open_ += expr.args
             elif isinstance(expr, Call) and any(arg.type.is_discrete for arg in expr.args):
                 yield "operator", expr.operator
@@ -214,20 +213,25 @@ class Relations:
                 computed = ()
             case _:
                 return False
-        return any(
-            isinstance(side, computed) or (isinstance(side, Builtin) and _is_computed(side))
-            for side in map(self._through, (a, b))
-            if not self._is_known(side)
-        )
+        for side in map(self._resolve, (a, b)):
+            if self._is_constant(side):
+                continue
+            if isinstance(side, computed):
+                return True
+            if isinstance(side, Builtin):
+                function = FUNCTIONS[side.name]
+                if function.term is not None or function.laws is not None:
+                    return True
+        return False
 
-    def _varies(self, atom: Atom) -> bool:
+    def _is_unbounded(self, atom: Atom) -> bool:
         """Whether what is compared in sums surely differs by anything: by a leaf that is in no
         other place, and so has all answers that it seems to have.
         """
         match atom.expr:
             case Compare(left=Builtin(args=(sum_,)) as size, right=right) if FUNCTIONS[
                 size.name
-            ].is_size and self._is_known(right):
+            ].is_size and self._is_constant(right):
                 compared: tuple[Expr, ...] = (sum_,)
             case Compare(left=left, right=right):
                 compared = (left, right)
@@ -236,10 +240,10 @@ class Relations:
         leaves = Counter(islice(self._leaves(compared), _MOST_LEAVES))
         whole = all(isinstance(side.type, Int) for side in compared)
         return leaves.total() < _MOST_LEAVES and any(
-            leaves[self._numbering.number(self._whole(summand))] == 1
+            leaves[self.numbering.number(self._container(summand))] == 1
             for side in compared
             for summand in self._summands(side)
-            if isinstance(self._whole(summand), Input | MemoryRef)
+            if isinstance(self._container(summand), Input | MemoryRef)
             and (whole or isinstance(summand.type, Real))
         )
 
@@ -247,58 +251,40 @@ class Relations:
         """Numbers of what expressions are made of, through lets, as often as it is there."""
         open_ = list(exprs)
         while open_:
-            expr = self._through(open_.pop())
+            expr = self._resolve(open_.pop())
             parts = children(expr)
             open_ += parts
             if not parts:
-                yield self._numbering.number(expr)
+                yield self.numbering.number(expr)
 
     def _summands(self, expr: Expr) -> Iterator[Expr]:
         """What is added up, or subtracted."""
         open_ = [expr]
         while open_:
-            match part := self._through(open_.pop()):
+            match part := self._resolve(open_.pop()):
                 case Unary(op="-") | Binary(op="+" | "-"):
                     open_ += children(part)
                 case _:
                     yield part
 
-    def _whole(self, expr: Expr) -> Expr:
+    def _container(self, expr: Expr) -> Expr:
         """What an expression is a component or field of; any other one itself."""
         while isinstance(expr, Component | FieldOf):
-            expr = self._through(expr.value)
+            expr = self._resolve(expr.value)
         return expr
 
-    def _through(self, expr: Expr) -> Expr:
-        return self._numbering.looked_through(expr)
+    def _resolve(self, expr: Expr) -> Expr:
+        return self.numbering.resolve(expr)
 
-    def _is_known(self, expr: Expr) -> bool:
+    def _is_constant(self, expr: Expr) -> bool:
         """Whether an expression is one value, which relates no variables with each other."""
-        return self._numbering.value(self._numbering.number(expr)) is not None
+        return self.numbering.constant_value(self.numbering.number(expr)) is not None
 
 
-def _apart(expr: Expr) -> int:
+def _independent_components(expr: Expr) -> int:
     """How many components a value has of which none says anything of another one; 0 for others."""
     if not isinstance(expr, Input | MemoryRef):
         return 0
     if isinstance(expr.type, Spatial):
         return len(expr.type.components)
     return expr.type.size if isinstance(expr.type, Vector) and expr.type.size <= _MOST_APART else 0
-
-
-def _is_looked_into(expr: Expr) -> bool:
-    """Whether the solver has the result of a function by its arguments."""
-    return isinstance(expr, Builtin) and (
-        FUNCTIONS[expr.name].term is not None
-        or (FUNCTIONS[expr.name].compares and len(expr.args) == 3)
-    )
-
-
-def _is_told(call: Builtin) -> bool:
-    """Whether the solver knows something of a result and the arguments together."""
-    return call.name == LENGTH or FUNCTIONS[call.name].laws is not None
-
-
-def _is_computed(call: Builtin) -> bool:
-    function = FUNCTIONS[call.name]
-    return function.term is not None or function.laws is not None
