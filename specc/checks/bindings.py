@@ -179,7 +179,7 @@ _KINDS = ("joints", "sensors", "actuators")
 
 
 def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0512; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0511, E0505; a binding of the wrong kind is `bindings_fit`'s matter."""
     model = facts.model
     for bound in facts.bindings:
         if _wrong_kind(bound):
@@ -191,7 +191,7 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
                 if name in names[:index]:
                     first = bound.binding.place.below(kind, names.index(name))
                     yield Diagnostic(
-                        "E0512",
+                        "E0505",
                         f"{kind.removesuffix('s')} `{name}` is listed twice",
                         bound.binding.place.below(kind, index),
                         related=(Related(first, "listed here already"),),
@@ -254,21 +254,21 @@ DEPTH_NOISES = ("kinect",)
 
 
 def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
-    """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0505; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
         if bound.is_commanded or _wrong_kind(bound):
             continue
         if complaint := _wrong_noise(binding):
             message, help = complaint
-            yield Diagnostic("E0510", message, binding.place.below("noise"), help=help)
+            yield Diagnostic("E0505", message, binding.place.below("noise"), help=help)
             continue
         for index, unit in enumerate(binding.noise_units):
             measured = _measured(bound, facts.model, index)
             if measured and unit not in measured:
                 units = join_words(dict.fromkeys(map(str, measured)), "and")
                 yield Diagnostic(
-                    "E0510",
+                    "E0505",
                     f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "
                     f"the sensor gives {units}",
                     binding.place.below("noise", *((index,) if len(binding.noise) > 1 else ())),

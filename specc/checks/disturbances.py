@@ -260,14 +260,14 @@ Units = tuple[Unit | None, ...]
 
 
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503, E0517; scales are known to be without a unit."""
+    """E0502, E0517; scales are known to be without a unit."""
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
         for verb, deed in each.actions_on("measurement"):
             element = deed.name
             if (known := facts.reported.get(element)) is None:
                 help = suggest(element, sorted(facts.reported))
-                yield Diagnostic("E0503", f"no device reports `{element}`", deed.place, help=help)
+                yield Diagnostic("E0502", f"no device reports `{element}`", deed.place, help=help)
             elif (fault := _no_numbers(known)) is not None:
                 related = (Related(known.binding.place, "bound here"),)
                 message = f"`{element}` cannot be {verb.participle}: {fault}"

@@ -93,7 +93,7 @@ def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
 
 
 def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0503, E0516, E0517; a plant in Python says itself what can happen to it."""
+    """E0502, E0516, E0517; a plant in Python says itself what can happen to it."""
     task, model = facts.system.task, facts.model
     for each in task.disturbances if task else ():
         if facts.system.plant is None:
@@ -115,7 +115,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503, E0517."""
+    """E0502, E0517."""
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
@@ -127,7 +127,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
             continue
         for _, place in found:
             help = suggest(name, sorted(facts.reported))
-            yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
+            yield Diagnostic("E0502", f"no device reports `{name}`", place, help=help)
 
 
 def _silent(

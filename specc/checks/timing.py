@@ -303,7 +303,7 @@ def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """E0509."""
+    """E0505."""
     for conflict in facts.rates.conflicts:
         rate, tick = conflict.rate_hz, conflict.tick_s
         place = conflict.bound.binding.place.below("rate")
@@ -311,14 +311,14 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
             ticks = max(1, round(1 / rate / tick))
             yield Diagnostic(
-                "E0509",
+                "E0505",
                 message,
                 place,
                 help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
             )
         for reader in conflict.readers:
             yield Diagnostic(
-                "E0509",
+                "E0505",
                 f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",
                 place,
                 related=(Related(reader.place.below("rate"), "reads it at this rate"),),
@@ -385,7 +385,7 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
 
 
 def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
-    """E0415, E0416, at the silence of a device."""
+    """E0415, at the silence of a device."""
     for device in facts.system.devices:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue
@@ -408,7 +408,7 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
                     )
         else:
             yield Diagnostic(
-                "E0416",
+                "E0415",
                 f"`{device.qualified_name}` has no safe output that it could get after a silence",
                 device.place.below("silence"),
                 help="declare one, `x: {u: {type: ..., safe: ...}}`, or delete `silence`",
