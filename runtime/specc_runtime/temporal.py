@@ -215,7 +215,7 @@ def _opposite(known: Known) -> Known:
 
 
 class _Delayed(_History):
-    """A formula whose judgements are delayed by `by` ticks."""
+    """A formula whose judgements come `delay` ticks after what they judge."""
 
     keeps: ClassVar[Mapping[str, _Data]] = {"_waiting": _WAITING}
 
@@ -233,7 +233,7 @@ class _Delayed(_History):
         return self._waiting.popleft() if len(self._waiting) > self._by else None
 
     def restore(self, saved: Any) -> None:
-        """See `_Kept`; refuses more judgements than can ever wait."""
+        """See `_History`; refuses more judgements than can ever wait."""
         check_runs(saved[0], self._by)
         super().restore(saved)
 

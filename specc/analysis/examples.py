@@ -60,13 +60,14 @@ class Examples:
         Where none are found, its `facts` in words are the example. Empty where the message says all
         of that already.
         """
-        is_said = witness.everywhere is None
-        if is_said and all(is_complete_answer(asked) for asked, _ in witness.answers):
+        questions = (question for question, _ in witness.answers)
+        is_in_message = witness.everywhere is None
+        if is_in_message and all(map(is_complete_answer, questions)):
             return ""
         found = self.find(decided.subsystem, decided.state, decided.cause, witness)
         if found:
             return found.text
-        return "" if is_said else facts
+        return "" if is_in_message else facts
 
     def confirm(self, decided: RowVerdictAt) -> RowVerdictAt:
         """A verdict that tables leave open, with the refutations that some values show."""

@@ -9,7 +9,7 @@ from typing import Literal
 
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.system import PLANT, Binding, Element, Plant, System
-from specc.model.types import Pose, Type
+from specc.model.types import Pose
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
 from specc.read import AllowedPaths
@@ -46,7 +46,11 @@ class BoundElement:
 
         A pose of a model consists of a position and of turns about three axes.
         """
-        return POSE_UNITS if self.is_pose else units_of(self.element.type)
+        if self.is_pose:
+            return POSE_UNITS
+        type_ = self.element.type
+        numbers = type_.components if type_.is_array else (type_,)
+        return tuple(unit for part in numbers for unit in part.units) or None
 
 
 def plant_kind(plant: Plant | None) -> PlantKind:
@@ -196,12 +200,6 @@ def is_another_unit(raw: RawNumbers, unit: Unit, wanted: Unit) -> bool:
     if raw.kind == "actuators" and unit in _FORCES:
         return wanted != unit and wanted in _MECHANICAL - {DIMENSIONLESS}
     return wanted != unit
-
-
-def units_of(type_: Type) -> tuple[Unit, ...] | None:
-    """Units of the numbers that a value consists of; None if it does not consist of numbers."""
-    numbers = type_.components if type_.is_array else (type_,)
-    return tuple(unit for part in numbers for unit in part.units) or None
 
 
 def coordinate(name: str, model: Model) -> tuple[str, str]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.lang.kinds import kind
-from specc.model.system import Binding, Element, Published, Ros2, Subsystem, System
+from specc.model.system import Binding, Element, Published, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,
@@ -181,9 +181,11 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
     if not fitting:
         verb = "sent as" if commanded else "read from"
+        of_scalar = _WORDS_OF_SCALARS[scalar(message)]
+        types = dict.fromkeys(_WORDS.get(part.shape, of_scalar) for part in parts)
         return MessageTypeMismatch(
             f"{type_} is not {verb} messages of type {message}",
-            f"make it {_wanted(message)}, or name a function under `through:` that converts",
+            f"make it {' or '.join(types)}, or name a function under `through:` that converts",
         )
     unit = type_.units[0] if len(type_.units) == 1 else None
     for part in fitting:
@@ -235,25 +237,12 @@ _WORDS_OF_SCALARS = {
 }
 
 
-def _wanted(message: str) -> str:
-    """Types that go with messages, in words."""
-    of_scalar = _WORDS_OF_SCALARS[scalar(message)]
-    words = [_WORDS.get(part.shape, of_scalar) for part in MESSAGES[message]]
-    return " or ".join(dict.fromkeys(words))
-
-
 # Coordinate frames: which fields have to hold which frame.
 
 
 def frames_of(part: MessagePart, type_: Type) -> Iterator[tuple[str, str]]:
     """Fields of a message that hold a frame, and the frame of the specification."""
     return zip((part.frame, part.child), type_.frames, strict=False)
-
-
-def named_frames(part: MessagePart, type_: Type, ros2: Ros2) -> tuple[tuple[str, str], ...]:
-    """Fields of a message that hold a frame, and what ROS calls the frame of the element."""
-    known = dict(ros2.frames)
-    return tuple((at, known[name]) for at, name in frames_of(part, type_) if at and name in known)
 
 
 # What others in ROS can watch: which messages states of machines and outputs become.

@@ -358,10 +358,12 @@ def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) -> Diagnostic:
-    names = [f"`{held.name}`" for held in several]
-    elements = {f"`{held.path.device.qualified_name}.{held.path.element.name}`" for held in several}
+    names = [f"`{output.name}`" for output in several]
+    elements = {
+        f"`{output.path.device.qualified_name}.{output.path.element.name}`" for output in several
+    }
     keep, last = ("keep", "values") if len(elements) > 1 else ("keeps", "value")
-    written = ", ".join(held.name for held in several)
+    written = ", ".join(output.name for output in several)
     retained = f"{state.name}: {{behaviour: {state.behaviour.name}, holds: [{written}]}}"
     return Diagnostic(
         "W0420",
@@ -369,7 +371,7 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
         f"{join_words(sorted(elements), 'and')} {keep} the last {last}",
         state.place,
         "what was sent last goes on here",
-        tuple(dict.fromkeys(place for held in several for place in _way(subsystem, held))),
+        tuple(dict.fromkeys(place for output in several for place in _way(subsystem, output))),
         f"send {'them' if len(names) > 1 else 'it'} in `{state.name}` as well, 0 to stop; "
         f"if the last {last} should stay, say so: `{retained}`",
     )

@@ -120,11 +120,11 @@ def _add_refutation(decided: RowVerdictAt, witness: Witness, known: list[SharedR
         if _covers(group.widest, decided):
             group.others.append(decided)
             return
-    less = [told for told in compared if _covers(decided, told.widest)]
-    if not less:
+    covered = [group for group in compared if _covers(decided, group.widest)]
+    if not covered:
         known.append(SharedRows(decided, decided, witness))
         return
-    widened, *merged = less
+    widened, *merged = covered
     widened.widest, widened.witness = decided, witness
     for group in merged:
         widened.others += [group.first, *group.others]

@@ -114,9 +114,11 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
 
 def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputNode, Element]]:
     """The elements of which it matters to their readers whether a new value has come."""
-    asked = {s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems}
+    inputs_by_reader = {
+        s.qualified_name: (s, inputs_tested_for_arrival(s)) for s in facts.subsystems
+    }
     for node, element in facts.inputs():
-        reader, names = asked.get(node.reader, (None, ()))
+        reader, names = inputs_by_reader.get(node.reader, (None, ()))
         if reader and (node.peer, node.element) in names:
             yield reader, node, element
 

@@ -139,7 +139,11 @@ def diff(options: Namespace) -> int:
     results = [pipeline.read_spec(path) for path in (options.old, options.new)]
     findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
     # A reference to what is not there leaves the meaning open: it may be a typo.
-    wrong = [f for f in findings if f.diagnostic.severity == "error" or _is_dangling(f)]
+    wrong = [
+        finding
+        for finding in findings
+        if finding.diagnostic.severity == "error" or finding.diagnostic.code in streams.DANGLING
+    ]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
         return streams.print_report(report(wrong, [options.old, options.new]), options.format)
@@ -147,10 +151,6 @@ def diff(options: Namespace) -> int:
     render = getattr(import_module("specc.tools.diff.changes"), f"as_{options.format}")
     streams.print_output(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
-
-
-def _is_dangling(finding: Finding) -> bool:
-    return finding.diagnostic.code in streams.DANGLING
 
 
 def explain(options: Namespace) -> int:

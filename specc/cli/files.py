@@ -200,12 +200,6 @@ def _bytes(content: Content) -> bytes:
     return content.encode() if isinstance(content, str) else content.read_bytes()
 
 
-def write_failure(error: OSError) -> str:
-    """Why nothing is written, with the place if the system names one."""
-    why = str(error) if isinstance(error, AlreadyExists) else f"cannot write: {error}"
-    return f"{why}; nothing was written"
-
-
 def _make_folders(folder: Path, created: dict[Path, str | None]) -> None:
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     for each in reversed(missing):

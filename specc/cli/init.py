@@ -18,7 +18,7 @@ from typing import Any
 
 from specc.atomic_files import remove_stale
 from specc.cli import streams
-from specc.cli.files import creating, refuse_existing, rewrite_file, write_failure
+from specc.cli.files import AlreadyExists, creating, refuse_existing, rewrite_file
 from specc.diagnostics import Diagnostic, nearest
 from specc.lang.packages import PACKAGES
 from specc.mjcf import Model, read_model
@@ -71,7 +71,8 @@ def init(options: Namespace) -> int:
         else:
             places = _from_model(options)
     except OSError as error:
-        raise Refused(write_failure(error)) from error
+        why = str(error) if isinstance(error, AlreadyExists) else f"cannot write: {error}"
+        raise Refused(f"{why}; nothing was written") from error
     streams.print_output("".join(f"{place}\n" for place in places))
     name = shlex.quote(str(places[0]))
     cycles = "" if options.model is not None else " --cycles 1"
@@ -264,16 +265,13 @@ def _same_plant(
         return _plant(options, model, facts, spec)
     name = plant.get("model") if isinstance(plant, dict) else None
     shown = name if isinstance(name, str) else "made by Python"
-    if shown == name and os.path.exists(path) and _is_same(path, spec.parent / name):
-        return name, {}
+    is_known = shown == name and os.path.exists(path)
+    if is_known and real_path(path) == real_path(str(spec.parent / shown)):
+        return shown, {}
     raise Refused(
         f"the plant of {spec} is {shown}, and a system has one plant: put the robot into that "
         "model with <attach>, then name that file with --model"
     )
-
-
-def _is_same(path: str, other: Path) -> bool:
-    return real_path(path) == real_path(str(other))
 
 
 def _model(path: str) -> Model:

@@ -24,7 +24,6 @@ from specc.resources import is_library_part
 from specc.source import COMMAND_LINE, Sources, beside, real_path, relative_path
 
 if TYPE_CHECKING:
-    from specc.lower.code import PythonObject
     from specc.model.system import Subsystem
     from specc.pipeline import Build, Result
     from specc.source import Place
@@ -290,13 +289,10 @@ def _package(
     known = named_code(built.result.system)
     if foreign := named_code(result.system) - known:
         modules, names = {each.python for each in known}, {str(each) for each in known}
-
-        def is_less_foreign(code: PythonObject) -> tuple[bool, str]:
-            return code.python in modules, str(code)
-
+        # Code from modules that the specification names as well comes last.
         words = [
             f"{each} with another type of that name" if str(each) in names else str(each)
-            for each in sorted(foreign, key=is_less_foreign)
+            for each in sorted(foreign, key=lambda code: (code.python in modules, str(code)))
         ]
         raise Refused(f"it names {join_some(words, _MOST_NAMED, '; ')}; {spec} does not")
     recorded = pipeline.generated(result, spec, is_read=False)

@@ -63,11 +63,13 @@ FORMAT = ("format", *OPTIONS, "--line-length", "100")
 
 
 class FormatError(Exception):
-    """Generated code could not be formatted; `kept` is the directory where it can be looked at."""
+    """Generated code could not be formatted; `folder`, if any, has the unformatted text."""
 
-    def __init__(self, message: str, kept: Path | None = None) -> None:
-        super().__init__(f"{message}\nthe generated code is kept in {kept}" if kept else message)
-        self.folder = kept
+    def __init__(self, message: str, folder: Path | None = None) -> None:
+        super().__init__(
+            f"{message}\nthe generated code is kept in {folder}" if folder else message
+        )
+        self.folder = folder
 
 
 def format_files(files: Mapping[str, str]) -> dict[str, str]:

@@ -189,7 +189,10 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
     m.LENGTH: exact(
         "list -> int: number of items",
         rules.unary_rule(
-            "len(list)", "counts the items of a list", rules.list_length, rules.fixed_length
+            "len(list)",
+            "counts the items of a list",
+            lambda type: Int() if isinstance(type, ListOf) else None,
+            lambda type: f"its length is always {type.size}" if isinstance(type, Vector) else "",
         ),
         value=len,
         python="",

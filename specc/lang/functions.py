@@ -30,16 +30,6 @@ def real_element(type: Type) -> Real | None:
     return type.element if isinstance(type, Vector) and isinstance(type.element, Real) else None
 
 
-def list_length(type: Type) -> Type | None:
-    """`len(list)`."""
-    return Int() if isinstance(type, ListOf) else None
-
-
-def fixed_length(type: Type) -> str:
-    """A way out for the length of a vector."""
-    return f"its length is always {type.size}" if isinstance(type, Vector) else ""
-
-
 def integer_type(type: Type) -> Type | None:
     """`floor(a)`, `round(a)`."""
     return Int() if scalar_unit(type) == DIMENSIONLESS else None

@@ -90,11 +90,6 @@ def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
 _least_term, _greatest_term = _chosen(lt), _chosen(gt)
 
 
-def _sign_term(of: SolverTerms, a: Any) -> Any:
-    """`sign(a)`."""
-    return of.choice(a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0)))
-
-
 def _round_term(of: SolverTerms, a: Any) -> Any:
     """`round(a)`."""
     above = a + of.constant(0.5)
@@ -267,7 +262,9 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         value=sign,
         bounds=(-1, 1),
         range=lambda a: (sign(a[0]), sign(a[1])),
-        term=_sign_term,
+        term=lambda of, a: of.choice(
+            a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0))
+        ),
         stays_float=True,
         inverse=lambda types, now, value: iter(
             [(0, _typed(types[0], value * max(1, abs(now[0]))))]

@@ -24,10 +24,40 @@ def show(expr: m.Expr) -> str:
 
 def _print(expr: m.Expr) -> tuple[str, int]:
     """Text, and how tightly its outermost operator binds."""
-    if isinstance(expr, m.Builtin) and FUNCTIONS[expr.name].rule is None:
-        return _unnamed(expr, FUNCTIONS[expr.name].form(expr.args[0].type))
-    printer = _PRINTERS.get(type(expr))
-    return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)
+    match expr:
+        case m.Number(value=value, type=type_):
+            text = str(value) if isinstance(type_, Int) else repr(float(value))
+            if isinstance(type_, Real) and type_.unit != DIMENSIONLESS:
+                text = f"{text.removesuffix('.0')}[{type_.unit}]"
+            own = _NEGATION if text.startswith("-") else _ATOM
+        case m.Builtin(name=name, args=args) if FUNCTIONS[name].rule is None:
+            form = FUNCTIONS[name].form(args[0].type)
+            if not isinstance(form, Form):  # nobody wrote it at all
+                return _print(args[0])
+            text, own = form.text.format(*map(_ArgumentPlace, args)), _RANKS[form.binding]
+        case m.Unary():
+            text, own = _unary(expr)
+        case m.Binary(op=op, left=left, right=right):
+            own = _RANKS[SIGNS[op].binds]
+            sides = (_ATOM, _NEGATION) if op == "**" else (own, own + 1)
+            text = f"{_within(left, sides[0])} {op} {_within(right, sides[1])}"
+        case m.Compare(op=op, left=left, right=right):
+            text, own = f"{_within(left, _SUM)} {op} {_within(right, _SUM)}", _COMPARISON
+        case m.IsOneOf():
+            text, own = _among(expr, "in"), _COMPARISON
+        case m.IsNone():
+            text, own = _is_none(expr, "is"), _COMPARISON
+        case m.Unwrap(value=inner):
+            text, own = _print(inner)
+        case m.Logic(op=op, operands=operands):
+            own = _AND if op == "and" else _OR
+            text = f" {op} ".join(_within(operand, own + 1) for operand in operands)
+        case m.Choice(test=test, then=then, otherwise=otherwise):
+            branches = _within(then, _OR), _within(otherwise, _CHOICE)
+            text, own = f"{branches[0]} if {_within(test, _OR)} else {branches[1]}", _CHOICE
+        case _:
+            text, own = _ATOMS[type(expr)](expr), _ATOM
+    return text, own
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,64 +70,30 @@ class _ArgumentPlace:
         return _within(self.arg, _RANKS[binding])
 
 
-def _unnamed(expr: m.Builtin, form: Form | str) -> tuple[str, int]:
-    """A function that nobody wrote as a call, if at all."""
-    if not isinstance(form, Form):
-        return _print(expr.args[0])
-    return form.text.format(*map(_ArgumentPlace, expr.args)), _RANKS[form.binding]
-
-
 def _within(expr: m.Expr, binding: int) -> str:
     """Text, in brackets if it binds less tightly than its surroundings."""
     text, own = _print(expr)
     return text if own >= binding else f"({text})"
 
 
-def _number(expr: m.Number) -> tuple[str, int]:
-    text = str(expr.value) if isinstance(expr.type, Int) else repr(float(expr.value))
-    if isinstance(expr.type, Real) and expr.type.unit != DIMENSIONLESS:
-        text = f"{text.removesuffix('.0')}[{expr.type.unit}]"
-    return text, _NEGATION if text.startswith("-") else _ATOM
-
-
 def _unary(expr: m.Unary) -> tuple[str, int]:
     if expr.op == "-":
         return f"-{_within(expr.operand, _NEGATION)}", _NEGATION
     if isinstance(expr.operand, m.IsOneOf):
-        return _among(expr.operand, "not in")
+        return _among(expr.operand, "not in"), _COMPARISON
     if isinstance(expr.operand, m.IsNone):
-        return _is_none(expr.operand, "is not")
+        return _is_none(expr.operand, "is not"), _COMPARISON
     return f"not {_within(expr.operand, _NOT)}", _NOT
 
 
-def _binary(expr: m.Binary) -> tuple[str, int]:
-    own = _RANKS[SIGNS[expr.op].binds]
-    left, right = (_ATOM, _NEGATION) if expr.op == "**" else (own, own + 1)
-    return f"{_within(expr.left, left)} {expr.op} {_within(expr.right, right)}", own
-
-
-def _compare(expr: m.Compare) -> tuple[str, int]:
-    return f"{_within(expr.left, _SUM)} {expr.op} {_within(expr.right, _SUM)}", _COMPARISON
-
-
-def _among(expr: m.IsOneOf, word: str = "in") -> tuple[str, int]:
+def _among(expr: m.IsOneOf, word: str) -> str:
     assert isinstance(expr.item.type, Enum)  # typing guarantees it
     members = ", ".join(name for name in expr.item.type.members if name in expr.members)
-    return f"{_within(expr.item, _SUM)} {word} {{{members}}}", _COMPARISON
+    return f"{_within(expr.item, _SUM)} {word} {{{members}}}"
 
 
-def _is_none(expr: m.IsNone, word: str = "is") -> tuple[str, int]:
-    return f"{_within(expr.value, _SUM)} {word} None", _COMPARISON
-
-
-def _logic(expr: m.Logic) -> tuple[str, int]:
-    own = _AND if expr.op == "and" else _OR
-    return f" {expr.op} ".join(_within(item, own + 1) for item in expr.operands), own
-
-
-def _choice(expr: m.Choice) -> tuple[str, int]:
-    then, test = _within(expr.then, _OR), _within(expr.test, _OR)
-    return f"{then} if {test} else {_within(expr.otherwise, _CHOICE)}", _CHOICE
+def _is_none(expr: m.IsNone, word: str) -> str:
+    return f"{_within(expr.value, _SUM)} {word} None"
 
 
 def _component(expr: m.Component) -> str:
@@ -107,25 +103,10 @@ def _component(expr: m.Component) -> str:
     return f"{value}[{expr.index}]"
 
 
-def _quantifier(expr: m.Quantifier) -> str:
-    return f"{expr.kind}({show(expr.body)} for {expr.variable} in {_within(expr.over, _OR)})"
-
-
 def _listed(items: tuple[m.Expr, ...]) -> str:
     return ", ".join(map(show, items))
 
 
-_PRINTERS: dict[type, Callable[[Any], tuple[str, int]]] = {
-    m.Number: _number,
-    m.Unary: _unary,
-    m.Binary: _binary,
-    m.Compare: _compare,
-    m.IsOneOf: _among,
-    m.IsNone: _is_none,
-    m.Unwrap: lambda e: _print(e.value),
-    m.Logic: _logic,
-    m.Choice: _choice,
-}
 _ATOMS: dict[type, Callable[[Any], str]] = {
     m.Truth: lambda e: str(e.value),
     m.TextLiteral: lambda e: repr(e.value),
@@ -148,5 +129,5 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.FieldOf: lambda e: f"{_within(e.value, _ATOM)}.{e.name}",
     m.Component: _component,
     m.Unknown: lambda e: f"?{e.name}",
-    m.Quantifier: _quantifier,
+    m.Quantifier: lambda e: f"{e.kind}({show(e.body)} for {e.variable} in {_within(e.over, _OR)})",
 }

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, TypeGuard
+from typing import Literal
 
 from specc.diagnostics import nearest
 from specc.lang.builtins import BUILTIN_NAMES
@@ -160,7 +160,7 @@ class _Expander(ast.NodeTransformer):
         group = self.group(over)
         if group is None:
             return self.generic_visit(node)
-        at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and _is_whole(n.value))
+        at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and type(n.value) is int)
         if at not in group or len(at) < len(numbers):
             known = ["][".join(map(str, one)) for one in group][:_MAX_SHOWN]
             shown = quoted(f"[{one}]" for one in known) + (
@@ -222,10 +222,6 @@ _PART_COST = 4
 """Parts that one counts for which is written out: checks look at it as if it stood in the text."""
 
 
-def _is_whole(value: object) -> TypeGuard[int]:
-    return type(value) is int
-
-
 @dataclass(eq=False, slots=True)
 class _Substitution(ast.NodeTransformer):
     """Puts one member in the place of the variable: a peer, or its number where it stands alone.
@@ -277,10 +273,10 @@ def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
 def _as_logic(
     op: Callable[[], ast.boolop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
-        return said[0] if len(said) == 1 else ast.BoolOp(op(), said)
+    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        return members[0] if len(members) == 1 else ast.BoolOp(op(), members)
 
-    return made
+    return expand
 
 
 _MAX_COMPARED = 32
@@ -289,25 +285,25 @@ _MAX_COMPARED = 32
 def _as_choice(
     op: Callable[[], ast.cmpop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
         """The number of the first member that no later one is better than."""
-        if len(said) > _MAX_COMPARED:
-            message = f"these are {len(said)} peers, and at most {_MAX_COMPARED} are compared"
+        if len(members) > _MAX_COMPARED:
+            message = f"these are {len(members)} peers, and at most {_MAX_COMPARED} are compared"
             help = "compare them in an operator, or in groups"
             raise ExprError(message, *span(node), help, "E0017")
         numbers = [_number(at, node) for at in group]
         found = numbers[-1]
-        for place in range(len(said) - 2, -1, -1):
+        for place in range(len(members) - 2, -1, -1):
             better: list[ast.expr] = [
-                ast.copy_location(ast.Compare(said[place], [op()], [other]), node)
-                for other in said[place + 1 :]
+                ast.copy_location(ast.Compare(members[place], [op()], [other]), node)
+                for other in members[place + 1 :]
             ]
             test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
             found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
             found = ast.copy_location(found, node)
         return found
 
-    return made
+    return expand
 
 
 _COMPARED_NAMES = ("argmin", "argmax")

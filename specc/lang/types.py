@@ -319,7 +319,11 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
     stretches, (start, end) = signature_parts(text)
     parameters: dict[str, Type] = {}
     for first, last in stretches:
-        name, type = _parameter(text, first, last, names)
+        before, colon, _ = text[first:last].partition(":")
+        name = before.strip()
+        if not colon or not name.isidentifier():
+            raise _error("a parameter is a name, a colon and a type", first, last)
+        type = _type(text, first + len(before) + 1, last, names)
         if name in parameters:
             raise _error(f"parameter `{name}` stands twice", first, last)
         parameters[name] = type
@@ -373,13 +377,6 @@ def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
             yield start, place
             start = place + 1
     yield start, end
-
-
-def _parameter(text: str, start: int, end: int, names: TypeNames) -> tuple[str, Type]:
-    name, colon, _ = text[start:end].partition(":")
-    if not colon or not name.strip().isidentifier():
-        raise _error("a parameter is a name, a colon and a type", start, end)
-    return name.strip(), _type(text, start + len(name) + 1, end, names)
 
 
 def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
@@ -519,9 +516,9 @@ def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[NameMention]:
         yield _head_mention("type", node, name)
         yield from (m for item in items for m in _plain_mention("frame", item))
     elif name in SHAPES:
-        for taken, item in zip(SHAPES[name].takes, items, strict=False):
-            if taken == "frame" or taken == "size":
-                yield from _plain_mention(taken, item)
+        for parameter, item in zip(SHAPES[name].takes, items, strict=False):
+            if parameter == "frame" or parameter == "size":
+                yield from _plain_mention(parameter, item)
             else:
                 yield from _in_type(item, types)
 

@@ -134,9 +134,9 @@ class _OperatorCall:
         if bound and not help:
             given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
             help = f"by the other arguments {given}"
-        taken = Origin(self.operator.place, f"`{self.name}` takes `{name}: {pattern}`")
+        declaration = Origin(self.operator.place, f"`{self.name}` takes `{name}: {pattern}`")
         error = self.ctx.error(node, message, help, "E0315")
-        raise error.with_origins([*self.ctx.origins(expr), taken])
+        raise error.with_origins([*self.ctx.origins(expr), declaration])
 
     def _wrong_number(self) -> ExprError:
         name, parameters = self.name, self.operator.parameters

@@ -34,11 +34,6 @@ def _combination(row: PoseRow, rows: PoseRows) -> PoseRow:
     return w, x, y, z
 
 
-def transform_point(X_AB: PoseRows, p_B: Floats) -> Floats:
-    """The point p in A, metres."""
-    return tuple(sum(row[k] * p_B[k] for k in range(3)) + row[3] for row in X_AB[:3])
-
-
 def inverse(X_AB: PoseRows) -> PoseRows:
     """X_BA: the rotation transposed, the origin carried over."""
     p = position(X_AB)
@@ -217,19 +212,13 @@ class Sign:
 
 
 def _apply_pose(X: Any, to: Any) -> Any:
-    return compose(X, to) if _is_pose(to) else transform_point(X, to)
+    if _is_pose(to):
+        return compose(X, to)
+    return tuple(sum(row[k] * to[k] for k in range(3)) + row[3] for row in X[:3])  # a point
 
 
 def _is_pose(value: Any) -> bool:
     return isinstance(value[0], tuple)
-
-
-def _factor_before(value: Any, X: Any) -> Any:
-    return compose(value, inverse(X)) if _is_pose(value) else None
-
-
-def _times(a: Any, b: Any) -> Any:
-    return _is_bounded(a, b, 1) and a * b
 
 
 def _power(a: Any, b: Any) -> Any:
@@ -247,16 +236,12 @@ def _divided(value: Any, by: Any) -> Any:
     return elementwise(truediv, value, by) if _is_number(by) and by else None
 
 
-def _dividend(value: Any, by: Any) -> Any:
-    return elementwise(mul, value, by) if _is_number(by) else None
-
-
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 _added, _subtracted = partial(elementwise, add), partial(elementwise, sub)
-_multiplied = partial(elementwise, _times)
+_multiplied = partial(elementwise, lambda a, b: _is_bounded(a, b, 1) and a * b)
 
 SIGNS = {
     "+": Sign("sum", _added, (_subtracted, _subtracted), ranges.sum_of, commutes=True),
@@ -270,13 +255,18 @@ SIGNS = {
     "/": Sign(
         "product",
         partial(elementwise, truediv),
-        (_dividend, None),
+        (lambda value, by: elementwise(mul, value, by) if _is_number(by) else None, None),
         ranges.quotient,
         may_fail=True,
         propagates=1,
     ),
     "**": Sign("power", _power, (None, None), ranges.power, may_fail=True, propagates=1),
     "@": Sign(
-        "product", _apply_pose, (_factor_before, lambda value, X: _apply_pose(inverse(X), value))
+        "product",
+        _apply_pose,
+        (
+            lambda value, X: compose(value, inverse(X)) if _is_pose(value) else None,
+            lambda value, X: _apply_pose(inverse(X), value),
+        ),
     ),
 }

@@ -92,7 +92,7 @@ WIDTH = 88
 
 
 class Writer:
-    """Writes the body of one method, which evaluates the terms `asked`.
+    """Writes the body of one method, which evaluates `terms`.
 
     A value that is needed again has a local: it is assigned where it is evaluated in any case;
     behind a guard a function computes it when it is first asked for.
@@ -197,11 +197,11 @@ class Writer:
                 with self.block(f"if {self.emit(term)}:"):
                     self.write(f"self.violated({index})")
 
-    def activity(self, activity: Activity, taken: tuple[Term, ...]) -> tuple[str, ...]:
+    def activity(self, activity: Activity, argument_terms: tuple[Term, ...]) -> tuple[str, ...]:
         """Outputs, then memory: all values are computed before the first memory changes."""
-        parameters = tuple(self._parameter(term, activity) for term in taken)
+        parameters = tuple(self._parameter(term, activity) for term in argument_terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
-        values = [term for term, spelled in self.nodes.known.items() if spelled.rank != PRIMARY]
+        values = [term for term, code in self.nodes.known.items() if code.rank != PRIMARY]
         before, after = memory_order(activity.computations, values)
         names = {work: self.nodes.names.new(f"next_{work.assignment.name}") for work in before}
         outputs = [work for work in activity.computations if work.assignment.peer]
@@ -369,7 +369,7 @@ class CycleWriter(Writer):
         """The state is entered, if it is not the present one, and its behaviour called."""
         if enter.is_entry:
             known = self.nodes.known.items()
-            self.nodes.known = {t: spelled for t, spelled in known if not t.reads_clock}
+            self.nodes.known = {t: code for t, code in known if not t.reads_clock}
             if not enter.is_same_state:
                 method = self.module.state_methods[enter.target]
                 state = literal(enter.target)

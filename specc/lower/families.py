@@ -23,12 +23,12 @@ from specc.source import Place
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """The parts of one module. `given` are the parameters whose values differ among them."""
+    """The parts of one module. `parameters` are those whose values differ among them."""
 
     instances: tuple[Subsystem | Device, ...]
     parameters: tuple[str, ...] = ()
     arguments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Qualified name of a member -> its values of `given`, as arguments in Python."""
+    """Qualified name of a member -> its values of `parameters`, as arguments in Python."""
     imports: tuple[tuple[str, str], ...] = ()
     """What the values need: module and name."""
 

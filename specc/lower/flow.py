@@ -77,7 +77,7 @@ class Computation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Activity:
-    """What a behaviour computes: `works` in order of execution, outputs before memory."""
+    """What a behaviour computes: `computations` in their order, outputs before memory."""
 
     behaviour: Behaviour
     computations: tuple[Computation, ...]
@@ -168,7 +168,7 @@ class Rows:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Check:
-    """If `condition` holds, the rows of `cause` decide; otherwise the cycle goes on."""
+    """If `condition` holds, `rows` decide; otherwise the cycle goes on."""
 
     condition: Condition
     test: Term

@@ -314,8 +314,8 @@ def lag_slots(
 
     They go by what asks for them in expressions: `age(x.c.T_d)`.
     """
-    asked = (node for node in nodes(subsystem) if isinstance(node, e.Lag))
-    return {show(lag): (f"{lag.name}_{inputs[lag.input.key]}", lag.type) for lag in asked}
+    lags = (node for node in nodes(subsystem) if isinstance(node, e.Lag))
+    return {show(lag): (f"{lag.name}_{inputs[lag.input.key]}", lag.type) for lag in lags}
 
 
 class _Forms:

@@ -325,12 +325,12 @@ def _age_sources(
         groups = grouped((tuple(edges), state) for state, edges in known[node].items() if edges)
         for edges, states in groups.items():
             arguments = [literal(sender.qualified_name), literal(output), literal(tuple(states))]
-            held, fresh = (
+            retained, fresh = (
                 tuple(names[n.peer, n.element] for n, is_fresh in edges if is_fresh is wanted)
                 for wanted in (False, True)
             )
             computed = not ages.is_measured(node)
-            arguments += keyword_arguments({"held": held, "fresh": fresh, "computed": computed})
+            arguments += keyword_arguments({"held": retained, "fresh": fresh, "computed": computed})
             behind = call(imports.runtime_name("Behind"), arguments)
             found.append((sender.qualified_name, output, behind))
     yield from (text for _, _, text in sorted(found))

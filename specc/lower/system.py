@@ -13,7 +13,6 @@ from specc.analysis.rates import base_tick
 from specc.analysis.ros2 import (
     MessageTypeMismatch,
     frames_of,
-    named_frames,
     part_of,
     published_value,
     short,
@@ -80,9 +79,11 @@ def _published(each: Published, system: System, ros2: Ros2, imports: Imports) ->
     subsystem, known = found.subsystem, dict(ros2.frames)
     output = buffer_names(subsystem.outputs)[found.peer, found.element] if found.peer else ""
     frames = [(at, known.get(f, f)) for at, f in frames_of(found.part, found.type) if at and f]
-    told = keyword_arguments({"path": found.part.path, "commanded": True, "frames": tuple(frames)})
+    options = keyword_arguments(
+        {"path": found.part.path, "commanded": True, "frames": tuple(frames)}
+    )
     first = (found.name, found.topic, found.message, found.part.shape)
-    topic = call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *told))
+    topic = call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *options))
     own = literal(subsystem.qualified_name), literal(output)
     return call(imports.runtime_name("Ros2Published"), (*own, topic))
 
@@ -94,8 +95,9 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
         return ""
-    frames = named_frames(part, type_, ros2)
-    told = {
+    known = dict(ros2.frames)
+    frames = tuple((at, known[f]) for at, f in frames_of(part, type_) if at and f in known)
+    options = {
         "path": part.path,
         "commanded": bound.is_commanded,
         "joints": binding.joints,
@@ -111,7 +113,9 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         short(binding.message) or _TF,
         part.shape,
     )
-    return call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(told)))
+    return call(
+        imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(options))
+    )
 
 
 def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:

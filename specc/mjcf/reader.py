@@ -89,7 +89,7 @@ class ActuatorNames:
     """
 
     def __init__(self, named: Iterable[str]) -> None:
-        self._taken = set(named)
+        self._used_names = set(named)
         self._last: dict[str, int] = {}
         """The number of the last one that acts on a part."""
 
@@ -99,10 +99,10 @@ class ActuatorNames:
         if not part:
             return ""
         number = self._last.get(part, 0) + 1
-        while (name := part if number == 1 else f"{part}_{number}") in self._taken:
+        while (name := part if number == 1 else f"{part}_{number}") in self._used_names:
             number += 1
         self._last[part] = number
-        self._taken.add(name)
+        self._used_names.add(name)
         return name
 
 

@@ -74,7 +74,7 @@ class Assignment:
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
-    It is not `whole` if a target of it is not known.
+    It is not complete if a target of it is not known.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Function:
 class Behaviour:
     """Transition functions, a terminal condition and an error condition (eq. 3).
 
-    It is not `whole` if a function or target of it is not known.
+    It is not complete if a function or target of it is not known.
     """
 
     name: str
@@ -139,7 +139,7 @@ class State:
 class Transition:
     """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`.
 
-    The condition of a `remainder` is `otherwise`: no other row of that state and cause applies.
+    If it `is_otherwise`, it applies where no other row of that state and cause does.
     """
 
     source: str

@@ -73,7 +73,7 @@ TemporalFormula = TickCondition | BoolOp | Temporal
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """`formula` holds at the first tick, or at every tick if it `lasts`; `text` is as written."""
+    """A formula of the first tick, or of every tick if it `holds_always`; `text` is as written."""
 
     text: str
     because: str
@@ -102,7 +102,7 @@ class Requirement:
 
 @dataclass(frozen=True, slots=True)
 class FormulaLet:
-    """A `let` beside requirements: its formula is `said`, or it has a value.
+    """A `let` beside requirements: it has a formula or a value.
 
     `names` are the other names that it uses.
     """

@@ -24,8 +24,8 @@ Output = tuple[str, tuple[str, str]]
 class Wire:
     """A port of `subsystem`, and the part of the system at its other end.
 
-    That part is None where the system has no such part. A subsystem there has the port `end`, None
-    where that is missing.
+    That part, `peer`, is None where the system has none. If it is a subsystem, `peer_port` is its
+    port, None where that is missing.
     """
 
     subsystem: Subsystem

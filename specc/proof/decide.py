@@ -111,16 +111,18 @@ class FormulaQuestion:
             if all(make.substituted(part, rest.get) is make.true for part in fault):
                 known = rest
         facts: FactTexts = ()
-        said: TruthAssignment = ()
+        truth_values: TruthAssignment = ()
         for variable in dict.fromkeys(atom.variable for atom in known):
             atoms = tuple(atom for atom in known if atom.variable == variable)
             column = Column(variable, atoms, (tuple(known[atom] for atom in atoms),), 1)
             facts += tuple(fact_texts(column, 0, frozenset(atoms)))
-            said += tuple(truth_assignment(column, 0))
-        asked = {make.atom(atom): yes for atom, yes in known.items()}
-        told = make.conjunction(f if yes else make.negation(f) for f, yes in asked.items())
-        others = is_satisfiable([*self.assumptions, *fault, make.negation(told)])
-        return Witness(facts, holding, answers=said, is_partial=others is not False)
+            truth_values += tuple(truth_assignment(column, 0))
+        values_by_atom = {make.atom(atom): yes for atom, yes in known.items()}
+        known_formula = make.conjunction(
+            f if yes else make.negation(f) for f, yes in values_by_atom.items()
+        )
+        others = is_satisfiable([*self.assumptions, *fault, make.negation(known_formula)])
+        return Witness(facts, holding, answers=truth_values, is_partial=others is not False)
 
     def _holding_conditions(self, answers: Sequence[Answered]) -> tuple[int, ...]:
         """Two of the conditions that hold with these answers, or none."""

@@ -172,7 +172,7 @@ class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 
     `holds_if` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
-    An `unsure` one may have other answers in a run than proofs take to be possible.
+    An uncertain one may have other answers in a run than proofs take to be possible.
     """
 
     variable: Variable
@@ -256,8 +256,8 @@ class Formulas:
         """`then if test else otherwise`."""
         if then is otherwise:
             return then
-        held = self.conjunction((test, then))
-        return self.disjunction((held, self.conjunction((self.negation(test), otherwise))))
+        then_case = self.conjunction((test, then))
+        return self.disjunction((then_case, self.conjunction((self.negation(test), otherwise))))
 
     def substituted(self, formula: Formula, answer: Callable[[Atom], bool | None]) -> Formula:
         """The formula with answers to the questions of atoms; None leaves a question open."""
@@ -269,8 +269,10 @@ class Formulas:
             elif part.kind == "or":
                 found[part] = self.disjunction(parts)
             else:
-                said = answer(part.atom) if part.atom is not None else None
-                found[part] = part if said is None else self.constant(said == (part.kind == "atom"))
+                value = answer(part.atom) if part.atom is not None else None
+                found[part] = (
+                    part if value is None else self.constant(value == (part.kind == "atom"))
+                )
         return found[formula]
 
     def _join(
@@ -281,15 +283,15 @@ class Formulas:
             return end
         every = [part.parts if part.kind == kind else (part,) for part in joined]
         spend("proof", sum(map(len, every)) // _JOINED_IN_A_STEP)
-        kept: dict[Formula, None] = {}
+        operands: dict[Formula, None] = {}
         for each in every:
-            kept |= dict.fromkeys(each)
-        kept.pop(none, None)
-        if end in kept or any(self._negations.get(part) in kept for part in kept):
+            operands |= dict.fromkeys(each)
+        operands.pop(none, None)
+        if end in operands or any(self._negations.get(part) in operands for part in operands):
             return end
-        if len(kept) < 2:
-            return next(iter(kept), none)
-        ordered = tuple(sorted(kept, key=lambda part: part.index))
+        if len(operands) < 2:
+            return next(iter(operands), none)
+        ordered = tuple(sorted(operands, key=lambda part: part.index))
         return self._make(kind, None, ordered)
 
     def _make(

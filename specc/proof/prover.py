@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Literal
 
-from specc.model.expr import Expr, Input, children
+from specc.model.expr import Expr, Input, children, junction, opposite
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Enum
@@ -16,7 +16,6 @@ from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
-from specc.proof.witness import excluding
 from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
@@ -124,8 +123,11 @@ class Prover:
         The axioms are left out unless they are to be assumed.
         """
         formula = self._formula(condition)
-        for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
-            if self._is_satisfiable([asked], self._axioms if assuming else ()) is False:
+        for hypothesis, value in (
+            (formula, False),
+            (self._translator.make.negation(formula), True),
+        ):
+            if self._is_satisfiable([hypothesis], self._axioms if assuming else ()) is False:
                 return value
         return None
 
@@ -143,13 +145,13 @@ class Prover:
         """
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
-            asked = [*map(self._formula, context), negated]
-            possible = self._is_satisfiable(asked, self._axioms if assuming else ())
+            counterexample = [*map(self._formula, context), negated]
+            possible = self._is_satisfiable(counterexample, self._axioms if assuming else ())
             return None if possible is None else not possible
         translator = self._anywhere
-        said = [*context, *(self._axiom_conditions if moment == "functions" else ())]
+        premises = [*context, *(self._axiom_conditions if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = is_satisfiable([*map(translator.formula, said), negated])
+        possible = is_satisfiable([*map(translator.formula, premises), negated])
         return None if possible is None else not possible
 
     def reacts(self, condition: Expr, element: Input, member: str) -> bool:
@@ -213,10 +215,10 @@ class Prover:
     def _is_satisfiable(
         self, formulas: Iterable[Formula], axioms: Iterable[Formula]
     ) -> bool | None:
-        asked = (*formulas, *axioms)
-        if asked not in self._possible:
-            self._possible[asked] = is_satisfiable(asked)
-        return self._possible[asked]
+        conjunction = (*formulas, *axioms)
+        if conjunction not in self._possible:
+            self._possible[conjunction] = is_satisfiable(conjunction)
+        return self._possible[conjunction]
 
 
 def _with_freshness(decision: Decision, came: Iterable[Expr]) -> Decision:
@@ -235,5 +237,6 @@ def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
         return decision
     one = overlap.repaired
     (other,) = (index for index in overlap.holding if index != one)
-    repair = excluding(rows[one].condition.when, rows[other].condition.when)
+    excluded = opposite(rows[other].condition.when)
+    repair = junction("and", [rows[one].condition.when, excluded])
     return replace(decision, overlap=replace(overlap, repair=repair))

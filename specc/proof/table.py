@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -59,7 +59,11 @@ class Table:
         columns: list[Column] = []
         self.size = 1
         for variable, atoms in groups.items():
-            answers = _answers(variable, [atom.test for atom in atoms])
+            tests = [atom.test for atom in atoms]
+            if isinstance(variable, ItemCollection):
+                answers = _collection_answers(variable, tests)
+            else:
+                answers = variable.answers(tests)
             columns.append(Column(variable, tuple(atoms), tuple(answers), self.size))
             self.size *= len(answers)
             if self.size > LIMIT:
@@ -142,13 +146,6 @@ class Table:
             bits |= bits << length
             length *= 2
         return bits & self.full
-
-
-def _answers(variable: Variable, tests: Sequence[object]) -> list[Answers]:
-    if isinstance(variable, ItemCollection):
-        return _collection_answers(variable, [t for t in tests if isinstance(t, Formula)])
-    answers: list[Answers] = variable.answers(tests)  # type: ignore[arg-type]  # tests of its kind
-    return answers
 
 
 def _collection_answers(variable: ItemCollection, tests: list[Formula]) -> list[Answers]:

@@ -75,19 +75,19 @@ class Ticks:
                 return self._flag(op, span_s, tuple(parts))
         return self._translator.formula(formula)
 
-    def is_possible(self, *asked: Formula) -> bool:
+    def is_possible(self, *formulas: Formula) -> bool:
         """Whether all can hold at one tick, as far as it is known."""
-        key = frozenset(asked)
+        key = frozenset(formulas)
         if key not in self._possible:
             if not spend("proof", _OF_A_QUESTION):
                 return True
             self._possible[key] = True  # what follows from itself is not asked again
-            self._possible[key] = is_satisfiable([*asked, *self._related_facts(asked)])
+            self._possible[key] = is_satisfiable([*formulas, *self._related_facts(formulas)])
         return self._possible[key] is not False
 
-    def follows(self, asked: Formula, *context: Formula) -> bool:
+    def follows(self, conclusion: Formula, *context: Formula) -> bool:
         """Whether it surely holds at every tick at which the context does."""
-        return not self.is_possible(*context, self.make.negation(asked))
+        return not self.is_possible(*context, self.make.negation(conclusion))
 
     def _flag(self, op: str, span_s: Fraction, operands: tuple[Formula, ...]) -> Formula:
         key = op, span_s, operands
@@ -101,27 +101,31 @@ class Ticks:
             )
         return self._temporal[key].flag
 
-    def _related_facts(self, asked: Sequence[Formula]) -> Iterator[Formula]:
+    def _related_facts(self, formulas: Sequence[Formula]) -> Iterator[Formula]:
         """The facts and laws about the variables and operators in formulas."""
-        over = self._operators_in(asked)
-        told = [*asked, *(operand for each in over for operand in each.operands)]
-        variables = {atom.variable for atom in atoms_of(told)}
+        operators = self._operators_in(formulas)
+        with_operands = [*formulas, *(operand for each in operators for operand in each.operands)]
+        variables = {atom.variable for atom in atoms_of(with_operands)}
         for fact in self._facts:
             if any(atom.variable in variables for atom in atoms_of([fact])):
                 yield fact
-        for each in over:
+        for each in operators:
             yield from self._laws_of(each)
-        if len(over) <= _MOST_RELATED:
-            for one in over:
-                for other in over:  # `one` reaches no further the same way
+        if len(operators) <= _MOST_RELATED:
+            for one in operators:
+                for other in operators:  # `one` reaches no further the same way
                     same = one is not other and one.op == other.op != "since"
-                    if same and one.span_s <= other.span_s:
-                        yield self._implication(one, other)
+                    if (
+                        same
+                        and one.span_s <= other.span_s
+                        and self.follows(other.operands[0], one.operands[0])
+                    ):
+                        yield self.make.disjunction([self.make.negation(one.flag), other.flag])
 
-    def _operators_in(self, asked: Sequence[Formula]) -> list[_TemporalFlag]:
+    def _operators_in(self, formulas: Sequence[Formula]) -> list[_TemporalFlag]:
         """The temporal operators in formulas, nested ones included."""
         found: dict[_TemporalFlag, None] = {}
-        open_ = list(asked)
+        open_ = list(formulas)
         while open_:
             for atom in atoms_of([open_.pop()]):
                 each = self._by_variable.get(atom.variable)
@@ -137,9 +141,3 @@ class Ticks:
             yield self.make.disjunction([self.make.negation(each.flag), *each.operands])
         if not self.is_possible(begun):
             yield self.make.negation(each.flag)
-
-    def _implication(self, one: _TemporalFlag, other: _TemporalFlag) -> Formula:
-        """`one` implies `other`, if that follows; otherwise true."""
-        if not self.follows(other.operands[0], one.operands[0]):
-            return self.make.true
-        return self.make.disjunction([self.make.negation(one.flag), other.flag])

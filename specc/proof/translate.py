@@ -175,13 +175,13 @@ class Translator:
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            asked = (
+            condition = (
                 (expr, holds)
                 if len(turns.at) == 1
                 else (self.timer.elapsed_condition("<", turn), True)
             )
             periods = Quantity("periods", (), True, 1.0)
-            before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
+            before = self.make.atom(Atom(periods, ("<", float(turn)), *condition))
             formula = self.make.choice(before, self.make.constant(holds), formula)
         return formula
 
@@ -228,18 +228,14 @@ class Translator:
             if not isinstance(value, Choice):
                 known[number(open_.pop())] = formula_of(value)
                 continue
-            arms = self._arms(value)
+            # An integer beside a real becomes a float.
+            arms = [_as_float(self._resolve(a), value.type) for a in (value.then, value.otherwise)]
             if missing := [arm for arm in arms if number(arm) not in known]:
                 open_ += missing
             else:
                 both = (known[number(arm)] for arm in arms)
                 known[number(open_.pop())] = self.make.choice(self._bool(value.test, bound), *both)
         return known[number(choice)]
-
-    def _arms(self, choice: Choice) -> tuple[Expr, Expr]:
-        """The values that a choice is one of: an integer beside a real becomes a float."""
-        then, otherwise = (self._resolve(arm) for arm in (choice.then, choice.otherwise))
-        return _as_float(then, choice.type), _as_float(otherwise, choice.type)
 
     def _question(
         self, op: str, left: Expr, right: Expr, bound: Depths
@@ -267,17 +263,17 @@ class Translator:
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))
             if apart is not None:  # the distance of two floats is the same in both directions
-                asked, holds = _QUESTIONS[op]
+                comparison, holds = _QUESTIONS[op]
                 one, other = sorted(self._numbering.number(side, bound) for side in apart)
-                return Quantity("distance", (one, other), False, 0.0), (asked, y), holds
+                return Quantity("distance", (one, other), False, 0.0), (comparison, y), holds
         if y is None:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
             least, _ = self._numbering.range_of(left, bound)
             quantity = Quantity("value", (a,), whole, None if least == -math.inf else least)
-        asked, holds = _QUESTIONS[op]
-        return quantity, (asked, y), holds
+        comparison, holds = _QUESTIONS[op]
+        return quantity, (comparison, y), holds
 
     def _subtracted(self, expr: Expr) -> tuple[Expr, Expr] | None:
         """The two floats of which an expression is the difference."""
@@ -316,18 +312,14 @@ class Translator:
             return self._ask(variable, frozenset((known_y,)), comparison, holds)
         if isinstance(a.type, Enum):
             items = EnumItem(x, a.type.members, a), EnumItem(y, a.type.members, b)
-            return self._same_item(items, holds)
+            same = self.make.disjunction(
+                self.make.conjunction(self.make.atom(Atom(item, test)) for item in items)
+                for test in (frozenset((member,)) for member in a.type.members)
+            )
+            return same if holds else self.make.negation(same)
         if known_y is not None:
             return self._ask(Label(x), known_y, comparison, holds)
         return self._ask(Flag(self._numbering.pair(x, y)), None, comparison, holds)
-
-    def _same_item(self, items: tuple[EnumItem, EnumItem], holds: bool) -> Formula:
-        """Whether two items of an enum are the same member, whichever it is."""
-        same = self.make.disjunction(
-            self.make.conjunction(self.make.atom(Atom(item, test)) for item in items)
-            for test in (frozenset((member,)) for member in items[0].members)
-        )
-        return same if holds else self.make.negation(same)
 
     def _among(self, among: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
         item = self._resolve(item)

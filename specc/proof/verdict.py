@@ -56,7 +56,7 @@ class Witness:
 
     `facts` leave out what does not matter, and `answers` are the same as expressions. They are all
     the situations there are, or `everywhere` holds in all of them and in no other; where this would
-    take too many words, they are only `some`.
+    take too many words, the witness `is_partial`.
 
     `holding` are indices of conditions that all hold. `repair` is what replaces the condition of
     index `repaired`. It is None where one of the conditions that hold has to be removed, since
@@ -73,8 +73,10 @@ class Witness:
 
     def excludes_freshness(self, elements: Collection[InputName]) -> bool:
         """Whether it says that one of some inputs is not fresh."""
-        asked = (asked for asked, yes in self.answers if isinstance(asked, Fresh) and not yes)
-        return any(each.input.key in elements for each in asked)
+        return any(
+            isinstance(question, Fresh) and not yes and question.input.key in elements
+            for question, yes in self.answers
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +147,7 @@ class RowVerdict:
     """Inputs that it depends on whether they have arrived."""
 
     def where_fresh(self, decision: Decision, fresh: Collection[InputName]) -> RowVerdict:
-        """This verdict where some inputs are known to be fresh, with the decision `by` then.
+        """This verdict where some inputs are known to be fresh, with the `decision` then.
 
         Which rows may apply, and what they ensure, stays; so does a witness that may still be.
         """

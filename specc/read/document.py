@@ -59,8 +59,8 @@ def load_text(path: str) -> tuple[str, bool]:
 def _load_bytes(path: str) -> bytes:
     if is_library_part(path) and path not in library_parts():
         close = nearest(path.removesuffix(".yaml"), library_parts())
-        meant = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
-        hint = f"{meant}`specc lib` lists all parts"
+        suggestion = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
+        hint = f"{suggestion}`specc lib` lists all parts"
         raise _refusal("E0001", path, "the library has no such part", hint)
     place = on_disk(path)
     try:
@@ -254,7 +254,7 @@ _LINE_END = re.compile(r"\r|\n|$")
 class Comment:
     """A comment with its `#`, by offsets into the text.
 
-    `alone` says that nothing but white space stands before it on its line.
+    If it `is_whole_line`, only white space stands before it on its line.
     """
 
     start: int

@@ -196,7 +196,7 @@ class Definitions:
         )
 
     def inlined(self, expr: Expr) -> Expr:
-        """The expression without constants of descriptions; see `inlining` for the error."""
+        """The expression without constants of descriptions. Raises as the function `inlined`."""
         keeps_names = self.parameters is None or self.in_place
         return expr if keeps_names else inlined(expr, self.constants, self.parameters or ())
 

@@ -83,8 +83,8 @@ class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 
     An error that only says that such a name is unknown would be a follow-up, and is dropped.
-    `meant` holds the buffers, `x.peer` and `y.peer`, that are declared with a misspelt peer, or
-    with an interface that is not known.
+    `unresolved` holds the buffers, `x.peer` and `y.peer`, that are declared with a misspelt peer,
+    or with an interface that is not known.
     `home` is the subsystem whose buffers the texts speak of.
     """
 

@@ -76,8 +76,8 @@ class Names(ast.NodeTransformer):
         if name == "state":
             owner = self._subsystem(".".join(steps) or _quoted(self._text, argument), argument)
             states = Enum("", tuple(state.name for state in owner.states))
-            said = f"state({owner.qualified_name})"
-            return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
+            text = f"state({owner.qualified_name})"
+            return self._named(node, Reading(text, "state", *_of(owner), states, owner.place))
         self._refuse_unknown(steps, argument)
         known = self._reading(steps, argument)
         return self._named(

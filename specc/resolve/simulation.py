@@ -222,24 +222,26 @@ class _DisturbanceReader:
 
     def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
-        lasting = any(verb.has_duration for verb, _ in found.actions_on())
+        has_duration = any(verb.has_duration for verb, _ in found.actions_on())
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
         if not found.actions:
             way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
-        elif item.lasts is not None and not lasting:
+        elif item.lasts is not None and not has_duration:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
         if found.every is not None:
-            self._refuse_overlap(found.every, found.duration, lasting, at)
+            self._refuse_overlap(found.every, found.duration, has_duration, at)
 
-    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: YamlNode) -> None:
+    def _refuse_overlap(
+        self, every: Draw, lasts: Draw | None, has_duration: bool, at: YamlNode
+    ) -> None:
         """Report repetitions without time between, and those that begin before the last is over."""
         least_s = min(value for value, _ in every.values)
         if least_s <= 0:
             way = "say how much time is from one to the next, e.g. `5[s]`"
             self._report(at["every"], "there is no time between two repetitions", way)
-        elif lasting and lasts is None:
+        elif has_duration and lasts is None:
             way = f"add `lasts`, of {least_s:g} s at most"
             self._report(at["every"], "what lasts to the end of the run is not repeated", way)
         elif lasts is not None and max(value for value, _ in lasts.values) > least_s:

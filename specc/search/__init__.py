@@ -1,6 +1,6 @@
 """Search for values of inputs, memory, time and operators with which conditions hold or fail.
 
-`showing` gives the goals that show a refutation; `find` changes a situation, as far as its
+`refutation_goals` gives the goals that show a refutation; `find` changes a situation, as far as its
 `FreeVariables` allow, until it meets the goals; the `Interpreter` evaluates expressions in it.
 """
 

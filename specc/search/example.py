@@ -27,7 +27,7 @@ from specc.search.situation import NO_VALUE, FreeVariables, Interpreter, Situati
 # What a witness is about: the inputs, memory, time and operators that its answers depend on.
 
 
-def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
+def leaves(exprs: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
     """The parts of expressions that a situation has values for, through lets, each once.
 
     Of a record its field; arguments of an operator do not count, its result does.
@@ -35,7 +35,7 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
     of_lets = InDependenceOrder(
         lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets)))
     )
-    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, of_lets)))
+    return iter(dict.fromkeys(leaf for expr in exprs for leaf in _leaves(expr, of_lets)))
 
 
 def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m.Expr]:
@@ -55,16 +55,16 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
 
 
-def is_complete_answer(asked: m.Expr) -> bool:
+def is_complete_answer(question: m.Expr) -> bool:
     """Whether the answer to a question determines the values it depends on."""
-    match asked:
+    match question:
         case m.Fresh() | m.Present():
             return True
         case m.IsOneOf(item=item, members=members):
             return len(members) == 1 and _is_path(item)
         case m.Compare(op="==", left=left, right=m.Member()):
             return _is_path(left)
-    return isinstance(asked.type, Bool) and (_is_path(asked) or isinstance(asked, m.Call))
+    return isinstance(question.type, Bool) and (_is_path(question) or isinstance(question, m.Call))
 
 
 def _is_path(expr: m.Expr) -> bool:
@@ -176,9 +176,10 @@ def value_text(value: Value, type_: Type) -> str | None:
         return _scalar(value, type_)
     inside = kind(type_).map_parts(type_, value, lambda part, item: value_text(item, part))
     if isinstance(inside, tuple):
-        return _items(inside)
+        return None if None in inside else _listed(inside)
     if isinstance(inside, Fields):
-        return _record(list(inside))
+        known = [f"{name}: {text}" for name, text in inside if text is not None]
+        return f"{{{', '.join(known)}}}" if known else None
     return inside if isinstance(inside, str) else None
 
 
@@ -203,11 +204,6 @@ def unit(type_: Type) -> str:
     return "".join(f" {unit.coherent()}" for unit in alone if unit != DIMENSIONLESS)
 
 
-def _items(items: Sequence[str | None]) -> str | None:
-    known = [item for item in items if item is not None]
-    return _listed(known) if len(known) == len(items) else None
-
-
 def _listed(items: Sequence[str]) -> str:
     """All items; of very many the usual one and those that differ, or the first ones."""
     if len(items) <= MOST_ITEMS:
@@ -217,11 +213,6 @@ def _listed(items: Sequence[str]) -> str:
     if len(others) <= MOST_OTHERS:
         return " and ".join([f"[{usual}, {usual}, ...]", *others])
     return f"[{', '.join(items[:MOST_ITEMS])}, ...]"
-
-
-def _record(fields: Sequence[tuple[str, str | None]]) -> str | None:
-    known = [f"{name}: {text}" for name, text in fields if text is not None]
-    return f"{{{', '.join(known)}}}" if known else None
 
 
 def _pose(rows: Value) -> str:
@@ -275,25 +266,22 @@ def _meets_strictly(meaning: Interpreter, goals: Sequence[Goal], at: Situation) 
 
 def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> Iterator[str]:
     read = {leaf.key: leaf for leaf in about if isinstance(leaf, m.Input)}
-    asked = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
+    tested_for_freshness = {leaf.input.key for leaf in about if isinstance(leaf, m.Fresh)}
     for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
         match leaf:
             case m.Input():
                 value = value_text(at.inputs[leaf.key], leaf.type) if leaf.key in read else None
-                yield _describe_input(leaf, value, at, told=leaf.key in asked)
+                yield _describe_input(
+                    leaf, value, at, with_freshness=leaf.key in tested_for_freshness
+                )
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
-                yield from _describe_value(leaf, meaning, at)
-
-
-def _describe_value(leaf: m.Expr, meaning: Interpreter, at: Situation) -> Iterator[str]:
-    """What memory or an operator gives; nothing where it has no value, and so does not matter."""
-    try:
-        text = value_text(meaning.value(leaf, at), leaf.type)
-    except NO_VALUE:
-        return
-    yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
+                try:
+                    text = value_text(meaning.value(leaf, at), leaf.type)
+                except NO_VALUE:
+                    continue  # without a value it does not matter
+                yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
@@ -304,13 +292,15 @@ def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
     return read.get(name, m.Input(*name, type=Bool()))
 
 
-def _describe_input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
-    """An input with its value, if any; that it is not fresh only if that is to be `told`."""
+def _describe_input(
+    element: m.Input, value: str | None, at: Situation, *, with_freshness: bool
+) -> str:
+    """An input with its value, if any; that it is not fresh only `with_freshness`."""
     name, shown = element.key, f"`{show(element)}`"
     if name not in at.present:
         return f"{shown} absent"
     if name in at.fresh:
         return f"{shown} fresh{f' = {value}' if value else ''}"
     if value:
-        return f"{shown} = {value}{' (not fresh)' if told else ''}"
-    return f"{shown} {'not fresh' if told else 'there'}"
+        return f"{shown} = {value}{' (not fresh)' if with_freshness else ''}"
+    return f"{shown} {'not fresh' if with_freshness else 'there'}"

@@ -133,19 +133,12 @@ class Inverter:
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
             m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
             m.Call: self._call,
-            m.Component: self._component,
-            m.FieldOf: self._field,
-            m.Items: self._items,
-            m.Unary: self._unary,
             m.Binary: self._binary,
             m.Builtin: self._builtin,
-            m.Choice: self._choice,
             m.Clock: self._clock,
-            m.Logic: self._logic,
             m.Compare: self._compare,
             m.IsOneOf: self._among,
             m.Quantifier: self._quantifier,
-            m.IsNone: self._none,
         }
 
     def first_situations(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
@@ -158,9 +151,8 @@ class Inverter:
 
     def situations(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
         """Situations in which the expression may have the value; a condition, in which it holds."""
-        rule = self._rules.get(type(expr))
-        if self._steps.spend(1) and rule is not None:
-            yield from rule(expr, value, at)
+        if self._steps.spend(1):
+            yield from self._rules.get(type(expr), self._of_part)(expr, value, at)
 
     def _value(self, expr: m.Expr, at: Situation) -> Value:
         return self._meaning.value(expr, at)
@@ -178,29 +170,40 @@ class Inverter:
         known = tuple(a for a in at.answers if not (a[0] == call.operator and is_close(a[1], args)))
         return replace(at, answers=(*known, (call.operator, args, value)))
 
-    def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
-        whole = list(self._value(expr.value, at))
-        whole[expr.index : expr.index + 1] = [value]  # also where a list has no item yet
-        yield from self.situations(expr.value, tuple(whole), at)
-
-    def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
-        whole = self._value(expr.value, at)
-        if isinstance(whole, Fields):
-            yield from self.situations(expr.value, whole.with_field(expr.name, value), at)
-
-    def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
-        """The first item that differs; the others are the next steps' matter."""
-        for item, wanted in zip(expr.items, value, strict=False):
-            if not is_close(self._value(item, at), wanted):
-                yield from self.situations(item, wanted, at)
-                return
-
-    def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Situations:
-        if expr.op == "not":
-            yield from self.situations(expr.operand, not value, at)
-        else:
-            negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
-            yield from self.situations(expr.operand, negative, at)
+    def _of_part(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
+        """Change one part of an expression whose other parts can stay as they are."""
+        match expr:
+            case m.Component(value=vector, index=index):
+                components = list(self._value(vector, at))
+                components[index : index + 1] = [value]  # also where a list has no item yet
+                yield from self.situations(vector, tuple(components), at)
+            case m.FieldOf(value=record, name=name):
+                fields = self._value(record, at)
+                if isinstance(fields, Fields):
+                    yield from self.situations(record, fields.with_field(name, value), at)
+            case m.Items(items=items):
+                # The first item that differs; the next steps change the others.
+                for item, wanted in zip(items, value, strict=False):
+                    if not is_close(self._value(item, at), wanted):
+                        yield from self.situations(item, wanted, at)
+                        return
+            case m.Unary(op="not", operand=operand):
+                yield from self.situations(operand, not value, at)
+            case m.Unary(operand=operand):
+                negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
+                yield from self.situations(operand, negative, at)
+            case m.Choice(test=test, then=then, otherwise=otherwise):
+                holds = bool(self._meaning.holds(test, at))
+                yield from self.situations(then if holds else otherwise, value, at)
+                yield from self.situations(test, not holds, at)
+            case m.Logic(operands=operands):
+                for operand in operands:
+                    if self._meaning.holds(operand, at) is not value:
+                        yield from self.situations(operand, value, at)
+            case m.IsNone(value=optional):
+                assert isinstance(optional.type, OptionalOf)  # typing guarantees it
+                wanted = None if value else first_value(optional.type.value)
+                yield from self.situations(optional, wanted, at)
 
     def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
         left, right = self._value(expr.left, at), self._value(expr.right, at)
@@ -216,26 +219,11 @@ class Inverter:
             for index, wanted in inverse([arg.type for arg in expr.args], now, value):
                 yield from self.situations(expr.args[index], wanted, at)
 
-    def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
-        test = bool(self._meaning.holds(expr.test, at))
-        yield from self.situations(expr.then if test else expr.otherwise, value, at)
-        yield from self.situations(expr.test, not test, at)
-
     def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Situations:
         if expr.name == "elapsed":
             exact = value / self._meaning.period_s
             for periods in dict.fromkeys((round(exact), int(exact) + 1, int(exact))):
                 yield from self._freedom.wait(periods, at)
-
-    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Situations:
-        assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
-        value = None if wanted else first_value(expr.value.type.value)
-        yield from self.situations(expr.value, value, at)
-
-    def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Situations:
-        for operand in expr.operands:
-            if self._meaning.holds(operand, at) is not wanted:
-                yield from self.situations(operand, wanted, at)
 
     def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
         op = expr.op if wanted else m.OPPOSITES[expr.op]
@@ -334,10 +322,10 @@ def refutation_goals(
     given += [(axiom.that, True) for axiom in subsystem.axioms]
     given += answers
     rows = [row.condition.when for _, row in subsystem.rows(state, cause)]
-    held = [(when, index in holding) for index, when in enumerate(rows)]
-    yield _runnable([*given, *held])
+    row_goals = [(when, index in holding) for index, when in enumerate(rows)]
+    yield _runnable([*given, *row_goals])
     if len(rows) > len(holding) > 0:
-        yield _runnable([*given, *(goal for goal in held if goal[1])])
+        yield _runnable([*given, *(goal for goal in row_goals if goal[1])])
 
 
 def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:

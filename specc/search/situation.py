@@ -21,16 +21,12 @@ from specc.proof.verdict import InputName
 def runnable(expr: m.Expr) -> m.Expr:
     """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
     same = m.map_children(expr, runnable)
-    if isinstance(same, m.Compare) and same.left.type.is_array:
-        return _near(same)
-    return same
-
-
-def _near(compared: m.Compare) -> m.Expr:
-    zeros = 2 if isinstance(compared.left.type, Pose) else 1
+    if not isinstance(same, m.Compare) or not same.left.type.is_array:
+        return same
+    zeros = 2 if isinstance(same.left.type, Pose) else 1
     tolerances = (m.Number(0.0, type=Real()),) * zeros
-    near = m.Builtin(m.NEAR, (compared.left, compared.right, *tolerances), type=Bool())
-    return near if compared.op == "==" else negation(near)
+    near = m.Builtin(m.NEAR, (same.left, same.right, *tolerances), type=Bool())
+    return near if same.op == "==" else negation(near)
 
 
 # What a subsystem sees and remembers in one period, and what expressions are worth then.

@@ -31,7 +31,7 @@ def defined(module: Module) -> Iterator[tuple[str, int]]:
                 yield name, node.lineno
 
 
-@pytest.mark.parametrize(("root", "package"), [("runtime", "specc_runtime")])
+@pytest.mark.parametrize(("root", "package"), [("runtime", "specc_runtime"), (".", "specc")])
 def test_no_name_is_a_bare_participle(root: str, package: str) -> None:
     found = [
         f"{module.name}:{line}: {name}"

@@ -29,7 +29,7 @@ class _CrossingImage:
 
 
 class _CrossingOpaque(dict[str, Any]):
-    """What stands for an opaque value: the number that it is `kept` by, and what codecs gave."""
+    """What stands for an opaque value: the number by which it is stored, and what codecs gave."""
 
 
 class Sender:

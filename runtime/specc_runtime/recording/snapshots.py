@@ -202,7 +202,7 @@ class _SnapshotAside(Aside):
 
 
 class _SnapshotShelf(Shelved):
-    """The values kept by `_Taken`; see `Fetch`."""
+    """The values kept by `_SnapshotAside`; see `Fetch`."""
 
     def __init__(self) -> None:
         super().__init__()

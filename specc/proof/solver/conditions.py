@@ -76,7 +76,9 @@ class Conditions(Terms):
         known = self._numbering.constant_value(key)
         if isinstance(known, bool):
             return z3.BoolVal(known)
-        parts = [self.boolean(part) for part in children(expr)] if _is_joint(expr) else []
+        is_negation = isinstance(expr, Unary) and expr.op == "not"
+        is_compound = isinstance(expr, (Logic, Choice)) or is_negation
+        parts = [self.boolean(part) for part in children(expr)] if is_compound else []
         match expr:
             case Unary():
                 term = z3.Not(*parts)
@@ -100,8 +102,8 @@ class Conditions(Terms):
         sides = map(self._numbering.resolve, children(condition))
         term = self.periods() < int(turn)
         if isinstance(condition, Compare) and all(isinstance(s, (Clock, Number)) for s in sides):
-            said = self.boolean(condition)
-            self.laws.append(term == (said if holds_if else z3.Not(said)))
+            comparison = self.boolean(condition)
+            self.laws.append(term == (comparison if holds_if else z3.Not(comparison)))
         return term
 
     def _fact(self, expr: Expr) -> Any:
@@ -183,10 +185,10 @@ class Conditions(Terms):
         for index, holds in enumerate(self._instances(expr, over, last)):
             there = length > index
             parts.append(z3.And(there, holds) if expr.kind == "any" else z3.Implies(there, holds))
-        said = _joined(expr, parts)
+        formula = _joined(expr, parts)
         if self._numbering.number(expr) in quantifiers:
-            return said
-        return z3.If(length <= len(quantifiers), said, self.unknown(expr))
+            return formula
+        return z3.If(length <= len(quantifiers), formula, self.unknown(expr))
 
     def _instances(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
         """The body said of some items."""
@@ -220,11 +222,6 @@ class Conditions(Terms):
 
 def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:
     return z3.Or(parts) if quantifier.kind == "any" else z3.And(parts)
-
-
-def _is_joint(expr: Expr) -> bool:
-    """Whether the parts of a condition are conditions."""
-    return isinstance(expr, (Logic, Choice)) or (isinstance(expr, Unary) and expr.op == "not")
 
 
 def arrived(peer: str, element: str, test: str) -> Any:

@@ -35,7 +35,7 @@ class Rounding:
     def rounded(
         self, key: object, exact: Any, *, is_exact: bool = False, is_sum: bool = False
     ) -> Any:
-        """The result of an operation; `key` names it. A result that is a float can be `kept`.
+        """The result of an operation; `key` names it. It `is_exact` if it is a float.
 
         A sum or difference of two floats is a multiple of the smallest one, so it does not vanish.
         """

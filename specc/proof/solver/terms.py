@@ -91,7 +91,9 @@ class Terms:
         if isinstance(known, str):
             enum = expr.type
             members = enum.members if isinstance(enum, Enum) else ()
-            return z3.IntVal(members.index(known) if known in members else self._text(known))
+            if known in members:
+                return z3.IntVal(members.index(known))
+            return z3.IntVal(self._texts.setdefault(known, len(self._texts)))
         if isinstance(expr, Choice):
             then, otherwise = self.item(expr.then), self.item(expr.otherwise)
             return z3.If(self.boolean(expr.test), then, otherwise)
@@ -151,9 +153,6 @@ class Terms:
         sorts = [argument.sort() for argument in arguments]
         name = f"{type(expr).__name__} {labels(expr)} {sorts} {sort}"
         return z3.Function(name, *sorts, sort)(*arguments)
-
-    def _text(self, text: str) -> int:
-        return self._texts.setdefault(text, len(self._texts))
 
     def number(self, expr: Expr) -> Any:
         """The term of an expression of type int or real."""
@@ -232,8 +231,8 @@ class Terms:
         result = SIGNS[expr.op].value(z3.ToReal(a) if whole and expr.op == "/" else a, b)
         if isinstance(expr.type, Int):
             return result
-        kept = expr.op == "*" and factor in _EXACT_FACTORS
-        return self.rounding.rounded(key, result, is_exact=kept, is_sum=expr.op in "+-")
+        is_exact = expr.op == "*" and factor in _EXACT_FACTORS
+        return self.rounding.rounded(key, result, is_exact=is_exact, is_sum=expr.op in "+-")
 
     def as_float(self, expr: Expr) -> Any:
         """The term of a number converted to a float."""
@@ -252,7 +251,8 @@ class Terms:
         value = self._numbering.resolve(expr.value)
 
         def part(of: Expr) -> Expr:
-            return replace(expr, value=of) if _has_parts(of, expr) else of
+            is_factor = of.type != expr.value.type and isinstance(of.type, (Int, Real))
+            return of if is_factor else replace(expr, value=of)
 
         if expr.index < 0:
             return self._leaf(expr)
@@ -298,8 +298,3 @@ def _is_float(whole: Expr) -> bool:
         and FUNCTIONS[whole.name].stays_float
         and isinstance(whole.args[0].type, Real)
     )
-
-
-def _has_parts(expr: Expr, component: Component) -> bool:
-    """Whether an operand is a vector itself, and not what one is multiplied by."""
-    return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))

@@ -77,8 +77,8 @@ class SensorValues:
             made = [_plain(value, type_) for value in found]
             if isinstance(type_, OptionalOf):
                 made += [_plain(first_value(type_.value, mark), type_) for mark in marks]
-            kept = [value for i, value in enumerate(made) if value not in made[:i]]
-            self._values[sensor] = kept[:MOST_VALUES]
+            distinct = [value for i, value in enumerate(made) if value not in made[:i]]
+            self._values[sensor] = distinct[:MOST_VALUES]
         return self._values[sensor]
 
     def _marks(self, type_: Type) -> list[float]:
@@ -261,14 +261,14 @@ def _candidates(
     sensors = rehearsal.influences(stray.subsystem)[:MOST_SENSORS]
     # Once more from the beginning, to keep these moments and all sent values.
     stray = expected.deviation(known, keep=(0, *moments)) or stray
-    kept = expected.snapshots
+    snapshots = expected.snapshots
     for some in filter(None, (moments, [0])):
         pairs = product(enumerate(sensors), enumerate(some))
         ordered = sorted(pairs, key=lambda pair: pair[0][0] + pair[1][0])
         yield _Candidate(
             stray,
             (
-                (kept[moment], changed)
+                (snapshots[moment], changed)
                 for (_, sensor), (_, moment) in ordered
                 for changed in _changes(known, moment, sensor, stray, values)
             ),
@@ -276,7 +276,7 @@ def _candidates(
 
 
 class _Expected:
-    """The expected steps of a trace. `kept` are the moments of the last run."""
+    """The expected steps of a trace. `snapshots` are those of the last run, by tick."""
 
     def __init__(self, way: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal
@@ -347,8 +347,8 @@ class _Expected:
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
             for key, _ in step.transition.lost:
-                said = known.get(self._bound.get((name, key), ""), ())
-                if [data for begin, data in said if begin <= tick][-1:] == [...]:
+                reports = known.get(self._bound.get((name, key), ""), ())
+                if [data for begin, data in reports if begin <= tick][-1:] == [...]:
                     yield Deviation(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
 
 
@@ -356,11 +356,11 @@ def _changes(
     known: Reports, moment: int, sensor: str, stray: Deviation, values: SensorValues
 ) -> Iterator[Reports]:
     """Reports in which one sensor reports other values from a moment on."""
-    said = [each for each in known[sensor] if each[0] < moment]
+    earlier = [each for each in known[sensor] if each[0] < moment]
     # Devices often come to report the values that they were commanded.
-    asked = stray.sent.get(present(values.types[sensor]), ())
-    for value in (*asked, *(values.reports_of(sensor) if moment else values.values_of(sensor))):
-        if said[-1:] and said[-1][1] == value:
+    commanded = stray.sent.get(present(values.types[sensor]), ())
+    for value in (*commanded, *(values.reports_of(sensor) if moment else values.values_of(sensor))):
+        if earlier[-1:] and earlier[-1][1] == value:
             continue
         rest = [(moment + 1, ...)] if sensor in values.silent and value is not ... else []
-        yield {**known, sensor: [*said, (moment, value), *rest]}
+        yield {**known, sensor: [*earlier, (moment, value), *rest]}

@@ -88,7 +88,7 @@ class ConeState:
 
 @dataclass(frozen=True, slots=True)
 class ConeInput:
-    """An input. `within` bounds an input that is not followed."""
+    """An input. `bounds` are those of an input that is not followed."""
 
     key: InputName
     type: Type
@@ -102,7 +102,7 @@ class ConeInput:
 
 @dataclass(frozen=True, slots=True)
 class ConeMemory:
-    """Memory that is followed. `within` bounds it at all times."""
+    """Memory that is followed. `bounds` hold at all times."""
 
     name: str
     type: Type

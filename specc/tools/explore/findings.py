@@ -26,7 +26,7 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class TracedFinding:
-    """A finding with its trace. `about` identifies it across slices and abstractions.
+    """A finding with its trace. `identity` is the same across slices and abstractions.
 
     It names the first of several copies, since exploring takes copies in any order.
 
@@ -87,7 +87,7 @@ def _rank(finding: TracedFinding) -> tuple[bool, bool, int, Fraction]:
 
 
 def findings(graph: Graph, abstraction: Abstraction, system: System) -> FindingsById:
-    """All findings in a graph, by `about`."""
+    """All findings in a graph, by `identity`."""
     found: FindingsById = {}
     for component in terminal_components(graph, abstraction):
         stuck = [*_wait_cycle_findings(component), *_stuck_findings(component)]

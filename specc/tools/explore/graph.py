@@ -47,7 +47,7 @@ def _reserve_memory() -> mmap:
 class Graph:
     """The configurations that were found, and the edges between them.
 
-    The edge `begin` leads to the first configuration. `faults` are edges that end runs. `violated`
+    `faults` are edges that end runs. `violated`
     are the requirements that some edge, or the beginning, violates.
     """
 

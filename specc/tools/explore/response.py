@@ -94,7 +94,7 @@ class PendingAnswers:
         answered: Sequence[TruthValue],
         deadline_s: Fraction,
     ) -> None:
-        """`asked` and `answered` are the truth values in each configuration."""
+        """`requested` and `answered` are the truth values in each configuration."""
         self._graph, self._requested, self._answered = graph, requested, answered
         self._deadline = deadline_s / graph.composition.tick_s
 

@@ -239,5 +239,5 @@ def group_equal_slices(
 
 
 def composed(frame: Permutation, permutation: Permutation) -> Permutation:
-    """A frame (machine -> real machine) after copies were put in order by `turn`."""
+    """A frame (machine -> real machine) after copies were put in order by `permutation`."""
     return tuple(frame[was] for was in permutation) if permutation else frame

@@ -33,9 +33,9 @@ _Compared = tuple[tuple[m.Expr, ...], list[InputName], list[str]]
 class Clocks:
     """The clock of one machine.
 
-    If `exact`, it counts periods up to the last turn: it is twice their number, plus 1 where more
-    may have passed. Otherwise it is a class: how many of the turns have passed that are the same at
-    all times.
+    If it `counts_periods` (up to the last turn), it is twice their number, plus 1 where more may
+    have passed. Otherwise it is a class: how many of the turns have passed that are the same at all
+    times.
     """
 
     def __init__(self, cone: Cone, static: KnownValues, *, counts_periods: bool) -> None:

@@ -45,7 +45,7 @@ class Transition(NamedTuple):
 class Successor(NamedTuple):
     """A possible result of a period: the number of the machine after it, and its move.
 
-    If a fault `ends` the run, the machine has not moved.
+    If a fault `ends_run`, the machine has not moved.
     """
 
     state: int

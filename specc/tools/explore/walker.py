@@ -175,8 +175,8 @@ class Walker:
             if branch.may_fail:
                 yield _failure(local, local.state, free)
                 continue
-            lasting = (self._lasting_answers(part) for part in branch.conditions)
-            now = local._replace(answers=local.answers.union(*lasting))
+            retained_answers = (self._lasting_answers(part) for part in branch.conditions)
+            now = local._replace(answers=local.answers.union(*retained_answers))
             yield from self._execute(branch, known, now, buffers, free)
 
     def branches(self, state: str, known: KnownValues) -> Iterator[Branch]:

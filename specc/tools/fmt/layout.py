@@ -114,7 +114,7 @@ class _Printer:
             yield head
             yield from _indented(inner)
 
-    def _inline(self, value: YamlValue, here: SchemaNode, taken: int) -> str | None:
+    def _inline(self, value: YamlValue, here: SchemaNode, indent: int) -> str | None:
         """The value on one line; None if it takes several."""
         if isinstance(value, Scalar):
             return value_text(value, flow=False)
@@ -124,7 +124,7 @@ class _Printer:
             return None
         # The head of the line has the anchor.
         line = self._collected(value, here)
-        wide = taken + 1 + len(line) > WIDTH
+        wide = indent + 1 + len(line) > WIDTH
         several = "\n" in self._text[value.start : value.end]
         return None if wide and (several or _has_braces(value)) else line
 

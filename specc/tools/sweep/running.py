@@ -29,7 +29,7 @@ OWN = (
     *("records_sha256", "wall_s", "met_s"),
 )
 """Columns that every table has; those of parts of a specification have a space or a dot."""
-STEPS, VERDICT, ASKED = "steps of ", "verdict of ", "asked of "
+STEPS, VERDICT, PREMISE = "steps of ", "verdict of ", "asked of "
 """Columns that say how long a subsystem was in a state, what became of a requirement, and whether
 what stands before its `implies` ever held."""
 LIMIT = "limit"
@@ -266,7 +266,7 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
         row[f"{VERDICT}{label}"] = requirement["verdict"]
         row[f"margin of {label}"] = requirement["margin"]
         if requirement.get("asked") is not None:
-            row[f"{ASKED}{label}"] = requirement["asked"]
+            row[f"{PREMISE}{label}"] = requirement["asked"]
     return row | {"records_sha256": report["records_sha256"], "wall_s": report["wall_s"]}
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from specc.atomic_files import write_atomically
 from specc.reachable import grouped
 from specc.tools.canvas import content, figure
-from specc.tools.sweep.running import ASKED, STEPS, VERDICT
+from specc.tools.sweep.running import PREMISE, STEPS, VERDICT
 from specc.tools.sweep.table import Row, columns_of
 
 # Estimates.
@@ -152,8 +152,8 @@ def rarely_tested(rows: Sequence[Row]) -> Iterator[str]:
     """Of each requirement that was not asked in every run, in how many it was, and was met."""
     for column in columns_of(rows):
         tested = [row[column] for row in rows if row.get(column) is not None]
-        if column.startswith(ASKED) and not all(tested):
-            label = column.removeprefix(ASKED)
+        if column.startswith(PREMISE) and not all(tested):
+            label = column.removeprefix(PREMISE)
             verdicts = [row.get(f"{VERDICT}{label}") for row in rows]
             known = sum(verdict is not None for verdict in verdicts)
             met, often = verdicts.count("met"), sum(tested)

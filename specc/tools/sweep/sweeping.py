@@ -117,7 +117,8 @@ def carry_out(
     """Run the jobs, in their order as far as there is room; each is a row when it ends.
 
     Those whose workers died are made again, one at a time: only so it is known which of them ended
-    its worker. `tell` gets the number of jobs that are done, `renew` is called from time to time.
+    its worker. `on_progress` gets the number of jobs that are done; `on_renewal` is called from
+    time to time.
 
     Raises:
         SweepError: the workers are gone. What is done is kept.

@@ -20,14 +20,16 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
+from specc.emit import fill_templates
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Fields, Value, is_close
+from specc.lower import lower
 from specc.lower.module import Module, PythonTypes, lag_slots, named_types
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
-from specc.search import LagKey, OperatorAnswer
-from specc.tools.witness.subject import OPERATORS, generate_checked, isolated
+from specc.search import OperatorAnswer
+from specc.tools.witness.subject import OPERATORS, isolated
 
 # What a script does, period by period. Values go by the names that the specification has for them:
 # `x.peer.element`, or that of memory.
@@ -85,11 +87,6 @@ def input_text(name: InputName) -> str:
     return f"x.{name[0]}.{name[1]}"
 
 
-def lag_text(key: LagKey) -> str:
-    """How far an input is behind, as expressions ask for it."""
-    return f"{key[0]}({input_text(key[1:])})"
-
-
 # Values of the language as generated code has them.
 
 
@@ -101,7 +98,7 @@ def to_runtime(value: Value, type_: Type) -> Value:
 
 
 def from_runtime(value: Value) -> Value:
-    """What `for_run` made its result of."""
+    """The value that `to_runtime` made its argument into."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (tuple, list)):
@@ -117,7 +114,7 @@ def from_runtime(value: Value) -> Value:
 class SubsystemCode:
     """The generated code of one subsystem, with scripted results of operators.
 
-    `alone` is the system that consists of the subsystem.
+    `system` consists of the subsystem only.
     """
 
     def __init__(self, system: System, subsystem: str, scratch: Path) -> None:
@@ -145,7 +142,8 @@ class SubsystemCode:
     @cached_property
     def _class(self) -> Any:
         self._package.mkdir(parents=True, exist_ok=True)
-        for name, text in generate_checked(self.system).items():
+        # Without proofs the code checks all rows while it runs.
+        for name, text in fill_templates(lower(self.system, None, stand_ins=True)).items():
             (self._package / name).write_text(text, encoding="utf-8")
         with _importable(self._modules()):
             system = load_system(self._package, "")

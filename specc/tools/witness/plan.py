@@ -37,7 +37,6 @@ from specc.tools.witness.code import (
     SubsystemCode,
     fault,
     input_text,
-    lag_text,
     replay,
     run_for,
 )
@@ -57,7 +56,11 @@ def step_between(before: Situation | None, at: Situation, into: str = "", way: s
         and (name not in known or repr(known[name]) != repr(at.inputs[name]))
     }
     lags = {} if before is None else before.lags
-    there |= {lag_text(key): lag for key, lag in at.lags.items() if lags.get(key) != lag}
+    there |= {
+        f"{key[0]}({input_text(key[1:])})": lag
+        for key, lag in at.lags.items()
+        if lags.get(key) != lag
+    }
     arrives = {input_text(name): at.inputs[name] for name in present if name in at.fresh}
     absent = map(input_text, sorted(known.keys() - at.present))
     return Periods(arrives, there, tuple(absent), into, way)

@@ -10,8 +10,6 @@ from specc.analysis import Facts, Machine, RowVerdictAt
 from specc.analysis.must_may import must_hold_part
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
-from specc.emit import fill_templates
-from specc.lower import lower
 from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition, Trace, Transition
@@ -38,19 +36,16 @@ def isolated(system: System, name: str) -> System:
     for agent in system.agents:
         for subsystem in agent.subsystems:
             if subsystem.qualified_name == name:
-                kept = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
+                reduced_agent = replace(agent, subsystems=(_without_errors(subsystem),), devices=())
                 names = Namespace()
                 operators = tuple(
                     replace(operator, python=f"{OPERATORS}:{names.new(operator.name)}")
                     for operator in (*system.operators, *_stand_ins(subsystem))
                 )
-                return replace(system, operators=operators, agents=(kept,), plant=None, task=None)
+                return replace(
+                    system, operators=operators, agents=(reduced_agent,), plant=None, task=None
+                )
     raise KeyError(name)
-
-
-def generate_checked(system: System) -> dict[str, str]:
-    """Generated code of a system that checks all rows while it runs, by path in its package."""
-    return fill_templates(lower(system, None, stand_ins=True))
 
 
 def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
@@ -166,12 +161,12 @@ def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
 
 def _of_absence(machine: Machine) -> Iterator[Refutation]:
     """E0701 to E0704, once for each input and state."""
-    told = set()
+    reported = set()
     subsystem = machine.subsystem
     for absence in sorted(absences(machine), key=lambda absence: absence.code):
         state, name = absence.state or subsystem.initial_state, absence.reading.input.key
-        if (absence.code, state, name) not in told:
-            told.add((absence.code, state, name))
+        if (absence.code, state, name) not in reported:
+            reported.add((absence.code, state, name))
             input_ = f"`x.{name[0]}.{name[1]}`"
             words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
             owner = subsystem.qualified_name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from functools import cached_property
 from os import curdir
 from pathlib import Path
@@ -92,21 +92,17 @@ class Trial:
             self._run.step(Periods(arrives or {}, there or {}, tuple(absent)))
         except Exception as error:
             if self._run.is_assumed or isinstance(error, SkipTest):
-                for line in self._notes(error):
-                    error.add_note(line)
+                if isinstance(error, UndecidedTransition):
+                    for words in (f"state {error.state}", *error.rows):
+                        place = self._places.get(words, "the specification")
+                        error.add_note(f"{place}: {words}")
+                if name := self._run.absent(error):
+                    error.add_note(f"`{input_text(name)}` has no value")
                 raise
 
     @cached_property
     def _run(self) -> Run:
         return self._code.begin(self._answers)
-
-    def _notes(self, error: Exception) -> Iterator[str]:
-        """Where in the specification to look."""
-        if isinstance(error, UndecidedTransition):
-            for words in (f"state {error.state}", *error.rows):
-                yield f"{self._places.get(words, 'the specification')}: {words}"
-        if name := self._run.absent(error):
-            yield f"`{input_text(name)}` has no value"
 
 
 def _places(system: System, sources: Sources) -> dict[str, str]:
