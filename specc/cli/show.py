@@ -194,7 +194,7 @@ def status(options: Namespace) -> int:
         return streams.print_findings(result, options.spec, options.format)
     name = result.system.name
     found = progress(result.system, result.diagnostics, is_part=result.is_part)
-    assumed, required = list(assumptions(result.proofs)), result.system.requirements
+    assumed, required = list(assumption_rows(result.proofs)), result.system.requirements
     if options.format == "json":
         text = _status_as_json(name, found, assumed, required)
     else:
@@ -211,7 +211,7 @@ _GROUNDS = {
 AssumptionRows = list[tuple[str, str, str]]
 
 
-def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
+def assumption_rows(facts: Facts) -> Iterator[tuple[str, str, str]]:
     """Subsystem, assumption, and on what it rests, as far as senders alone tell."""
     for machine in facts.machines:
         for axiom in machine.subsystem.axioms:

@@ -141,8 +141,8 @@ class Dependencies:
             variable = atom.variable
             if (
                 isinstance(variable, Quantity)
-                and self._computes(atom)
-                and not self._is_unbounded(atom)
+                and self._is_computed_comparison(atom)
+                and not self._takes_all_answers(atom)
             ):
                 return True
             if any(met.setdefault(root, variable) != variable for root in self._roots_of(atom)):
@@ -204,7 +204,7 @@ class Dependencies:
                 yield "operator", expr.operator
                 open_ += [arg for arg in expr.args if arg.type.is_discrete]
 
-    def _computes(self, atom: Atom) -> bool:
+    def _is_computed_comparison(self, atom: Atom) -> bool:
         """Whether a comparison alone may have fewer answers than it seems."""
         match atom.expr:
             case Compare(left=a, right=b) if getattr(atom.variable, "kind", "") != "periods":
@@ -224,7 +224,7 @@ class Dependencies:
                     return True
         return False
 
-    def _is_unbounded(self, atom: Atom) -> bool:
+    def _takes_all_answers(self, atom: Atom) -> bool:
         """Whether what is compared in sums surely differs by anything: by a leaf that is in no
         other place, and so has all answers that it seems to have.
         """

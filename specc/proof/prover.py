@@ -16,7 +16,7 @@ from specc.proof.dependencies import Dependencies, conjuncts, connected
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, atoms_of
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict, freshness, presence
-from specc.proof.witness import excluding
+from specc.proof.witness import without_other
 from specc.reachable import reachable
 
 EvaluationPoint = Literal["conditions", "functions", "start"]
@@ -235,5 +235,5 @@ def with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
         return decision
     one = overlap.repaired
     (other,) = (index for index in overlap.holding if index != one)
-    repair = excluding(rows[one].condition.when, rows[other].condition.when)
+    repair = without_other(rows[one].condition.when, rows[other].condition.when)
     return replace(decision, overlap=replace(overlap, repair=repair))

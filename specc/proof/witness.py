@@ -47,7 +47,7 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
     return junction("or", found) if found else None
 
 
-def excluding(condition: Expr, other: Expr) -> Expr:
+def without_other(condition: Expr, other: Expr) -> Expr:
     """The condition without what another one has in common with it."""
     return junction("and", [condition, opposite(other)])
 
@@ -90,7 +90,7 @@ def _literals(table: Table, left: int, asked: frozenset[Atom]) -> Iterator[_Lite
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
 
 
-def no_row(
+def gap_witness(
     table: Table,
     allowed: int,
     faults: int,
@@ -102,7 +102,7 @@ def no_row(
     return _witness(table, allowed, faults, faults, asked, context)
 
 
-def two_rows(
+def overlap_witness(
     table: Table,
     allowed: int,
     faults: int,

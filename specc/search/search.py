@@ -124,11 +124,11 @@ class Inverter:
         self._steps = SearchBudget(MOST_STEPS)
         self._freedom = freedom
         self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
-            m.Input: lambda e, v, at: freedom.input(e.key, v, at),
-            m.Fresh: lambda e, v, at: freedom.fresh(e.input.key, v, at),
-            m.Present: lambda e, v, at: freedom.present(e.input.key, v, at),
-            m.Lag: freedom.lag,
-            m.MemoryRef: lambda e, v, at: freedom.stored(e.name, v, at),
+            m.Input: lambda e, v, at: freedom.with_input(e.key, v, at),
+            m.Fresh: lambda e, v, at: freedom.with_freshness(e.input.key, v, at),
+            m.Present: lambda e, v, at: freedom.with_presence(e.input.key, v, at),
+            m.Lag: freedom.with_lag,
+            m.MemoryRef: lambda e, v, at: freedom.with_memory(e.name, v, at),
             m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
             m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
@@ -382,13 +382,17 @@ def _repair(
         unmet = _unmet(meaning, wanted, at)
         if not unmet:
             return at
-        ways = conditions.first_situations(*rng.choice(unmet), at)
-        if not budget.spend(1 + len(ways)):
+        situations = conditions.first_situations(*rng.choice(unmet), at)
+        if not budget.spend(1 + len(situations)):
             return None
-        if not ways:
+        if not situations:
             continue
-        scores = [len(_unmet(meaning, wanted, way)) for way in ways]
-        at = rng.choice(ways) if rng.random() < _RANDOM_STEP else ways[scores.index(min(scores))]
+        scores = [len(_unmet(meaning, wanted, each)) for each in situations]
+        at = (
+            rng.choice(situations)
+            if rng.random() < _RANDOM_STEP
+            else situations[scores.index(min(scores))]
+        )
     return None
 
 

@@ -206,7 +206,7 @@ class FreeVariables:
     devices: frozenset[InputName] = frozenset()
     never: frozenset[InputName] = frozenset()
 
-    def input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
+    def with_input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value of an input."""
         inputs = {**at.inputs, name: value}
         if name in self.never:
@@ -217,29 +217,29 @@ class FreeVariables:
             came = at.fresh | {name}
             yield replace(at, inputs=inputs, present=at.present | {name}, fresh=came)
 
-    def fresh(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+    def with_freshness(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
         """The situation where an input has come, or has not."""
         if not wanted:
             yield replace(at, fresh=at.fresh - {name})
         elif name not in self.never:
             yield replace(at, fresh=at.fresh | {name}, present=at.present | {name})
 
-    def present(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+    def with_presence(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
         """The situation where an input has a value, or none yet."""
         if wanted and name not in self.never:
-            yield from self.fresh(name, True, at)
+            yield from self.with_freshness(name, True, at)
             if self.unsent:
                 yield replace(at, present=at.present | {name})
         if not wanted and name not in self.sure and self.unsent:
             yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
 
-    def lag(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
+    def with_lag(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with an input that is as far behind; none is ahead."""
         if value >= 0:
             lags = {**at.lags, lag_key(lag): value}
-            yield from self.present(lag_key(lag)[1:], True, replace(at, lags=lags))
+            yield from self.with_presence(lag_key(lag)[1:], True, replace(at, lags=lags))
 
-    def stored(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
+    def with_memory(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""
         if name in self.memory:
             yield replace(at, memory={**at.memory, name: value})

@@ -171,11 +171,11 @@ class Conditions(Terms):
     def _quantifier(self, expr: Quantifier) -> Any:
         over = self._numbering.resolve(expr.over)
         if isinstance(over.type, ListOf) and not isinstance(over, Items):
-            return self._list_quantifier(expr, over)
+            return self._quantifier_over_list(expr, over)
         size = len(over.items) if isinstance(over, Items) else getattr(over.type, "size", 0)
         return _joined(expr, self._instances(expr, over, self._components(size)))
 
-    def _list_quantifier(self, expr: Quantifier, over: Expr) -> Any:
+    def _quantifier_over_list(self, expr: Quantifier, over: Expr) -> Any:
         quantifiers = self._quantified.get(self._numbering.number(over), ())
         length = self.number(Builtin(LENGTH, (over,), type=Int()))
         parts = []
