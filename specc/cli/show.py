@@ -392,7 +392,7 @@ def _content(diagram: Diagram, form: str) -> bytes:
         return text.encode()
     if not drawing.is_installed():
         raise Refused(import_module("specc_runtime.extras").lacking("pygraphviz"))
-    nodes, arcs = sum(1 for _ in diagram.every_node), len(diagram.arcs)
+    nodes, arcs = sum(1 for _ in diagram.all_nodes), len(diagram.arcs)
     if nodes > drawing.MAX_NODES or arcs > drawing.MAX_ARCS or len(text) > drawing.MAX_TEXT:
         size = f"{nodes:,} nodes and {arcs:,} arcs"
         raise Refused(f"a picture with {size} is not legible; {_SMALLER}")

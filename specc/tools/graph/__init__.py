@@ -39,7 +39,7 @@ def picture(system: System, place: str, kind: PictureKind | None) -> tuple[Pictu
     usual: PictureKind = "flow" if at.name else "states" if at.subsystem else "structure"
     kind = kind or usual
     drawn = _draw(system, at, place, kind)
-    if not any(drawn.every_node):
+    if not any(drawn.all_nodes):
         raise NoPicture(f"nothing is known yet that --of {kind} could show")
     return kind, drawn
 

@@ -90,7 +90,7 @@ class Diagram:
     notes: tuple[Cells, ...] = ()
 
     @property
-    def every_node(self) -> Iterator[Box]:
+    def all_nodes(self) -> Iterator[Box]:
         """Those of groups too."""
         yield from self.nodes
         for group in self.groups:

@@ -136,7 +136,7 @@ class GuardInputs:
         self.names: dict[str, str] = {}
         self._unique = SpecNames(("event", "comes", "state", *members))
 
-    def of(self, text: str) -> str:
+    def input_of(self, text: str) -> str:
         """The input of a condition."""
         if text not in self.names:
             self.names[text] = self._unique.new(text if text.isidentifier() else f"guard_{text}")
@@ -211,7 +211,7 @@ class _ChartAgent:
         return self._tests[members]
 
     def _guard(self, text: str) -> str:
-        self.guards[text] = self._all_guards.of(text)
+        self.guards[text] = self._all_guards.input_of(text)
         return self.guards[text]
 
     def _end(self, state: ChartState) -> str:

@@ -21,7 +21,7 @@ _VALUE = re.compile(r"[:\-]\s+([|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
 _CLOSING = {"[": "]", "{": "}"}
 
 
-def outline(head: str) -> str:
+def enclosing_lines(head: str) -> str:
     """The last line with the keys above it and beside it, by indentation, without their values.
 
     So an error elsewhere does not matter. A value that the line above leaves open stays.
@@ -33,15 +33,15 @@ def outline(head: str) -> str:
     for line in reversed(lines[:at]):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        here, dash = _column(line)
-        above = here < column or (here == column and dashed and not dash)
-        if not above and here > column:
+        column_here, has_dash = _column(line)
+        is_parent = column_here < column or (column_here == column and dashed and not has_dash)
+        if not is_parent and column_here > column:
             continue
-        step = _step(line, above)
+        step = _step(line, is_parent)
         if step is not None:
             found.append(step)
-        if above:
-            column, dashed = here, dash
+        if is_parent:
+            column, dashed = column_here, has_dash
     return "\n".join(reversed(found))
 
 
@@ -68,15 +68,15 @@ def _column(line: str) -> tuple[int, bool]:
     return len(line) - len(line.lstrip(" ")), line.lstrip(" ").startswith("-")
 
 
-def _step(line: str, above: bool) -> str | None:
+def _step(line: str, is_parent: bool) -> str | None:
     """A line as the key or item that it begins; None if it begins none."""
     begin = line[: _column(line)[0]]
     body = line[len(begin) :]
     found = _HEAD.match(body)
-    if found and above:
+    if found and is_parent:
         return f"{begin}{found.group(1)}{found.group(2)}:"
     if body.startswith("-"):
-        return f"{begin}-" if above else f"{begin}- 0"
+        return f"{begin}-" if is_parent else f"{begin}- 0"
     return f"{begin}{found.group(2)}: 0" if found else None
 
 
@@ -103,7 +103,7 @@ class TextCursor:
 
 def cursors(text: str, offset: int) -> list[TextCursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
-    head = outline(text[:offset])
+    head = enclosing_lines(text[:offset])
     closing = _closing(head)
     found: dict[TextCursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):

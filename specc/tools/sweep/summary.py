@@ -62,13 +62,13 @@ def rate(hits: int, count: int) -> Estimate:
 def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
-    rank, value = _rank_of_bound(count), float(statistics.median(ordered))
+    rank, value = _lower_rank(count), float(statistics.median(ordered))
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank else (None, None)
     return Estimate(count, value, low, high)
 
 
 @cache
-def _rank_of_bound(count: int) -> int:
+def _lower_rank(count: int) -> int:
     """Of so many numbers, those that lie outside the interval on either side, and one more."""
     rank, tail = 0, 0.0
     while True:  # the binomial distribution at 1/2, in logarithms: its terms are tiny
@@ -148,7 +148,7 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
     return sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
 
 
-def rarely_tested(rows: Sequence[Row]) -> Iterator[str]:
+def rarely_triggered(rows: Sequence[Row]) -> Iterator[str]:
     """Of each requirement that was not asked in every run, in how many it was, and was met."""
     for column in columns_of(rows):
         tested = [row[column] for row in rows if row.get(column) is not None]
@@ -188,7 +188,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     if len(names) not in (1, 2) or len(cells) < 2:
         return []
     files: list[Path] = []
-    for column in islice(differing(cells), MOST):
+    for column in islice(columns_to_plot(cells), MOST):
         with figure(5.2, 3.4) as made:
             (_line if len(names) == 1 else _map)(made.subplots(), cells, names, column)
             folder.mkdir(exist_ok=True)
@@ -202,7 +202,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     return files
 
 
-def differing(cells: Sequence[Cell]) -> Iterator[str]:
+def columns_to_plot(cells: Sequence[Cell]) -> Iterator[str]:
     """The columns whose estimates differ."""
     values = grouped((column, e.value) for cell in cells for column, e in cell.estimates.items())
     for column, found in values.items():

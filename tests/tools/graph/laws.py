@@ -79,7 +79,7 @@ def _read(subsystem: Subsystem, function: Function) -> set[str]:
 
 
 def _nodes(diagram: Diagram) -> list[str]:
-    return [name for node in diagram.every_node for name in node.covers]
+    return [name for node in diagram.all_nodes for name in node.covers]
 
 
 def _arcs(diagram: Diagram) -> list[str]:
@@ -92,7 +92,7 @@ def _are(drawn: Iterable[str], wanted: Iterable[str]) -> None:
 
 def _is_sound(diagram: Diagram) -> None:
     """Arcs end at nodes, nodes have names of their own, and the text is told by the diagram."""
-    names = [node.id for node in diagram.every_node]
+    names = [node.id for node in diagram.all_nodes]
     assert len(set(names)) == len(names)
     ends = {end for arc in diagram.arcs for end in (arc.tail, arc.head)}
     assert ends <= set(names)

@@ -28,7 +28,7 @@ def test_a_place_has_its_usual_picture(place: str, kind: str) -> None:
     assert SYSTEM is not None
     found, diagram = picture(SYSTEM, place, None)
     assert found == kind
-    assert any(diagram.every_node)
+    assert any(diagram.all_nodes)
 
 
 @pytest.mark.parametrize(
