@@ -75,7 +75,7 @@ def _same_directory(directory: Path, first: str, path: str) -> Diagnostic:
 
 
 def _writable_paths(spec: str, out: str | None) -> AllowedPaths:
-    """Where a build may write: links below the working directory must not lead out of it."""
+    """The folders that a build may write into; a link below the working directory stays in it."""
     project = allowed_paths(spec).folders
     if out is None:
         return AllowedPaths(project)

@@ -32,7 +32,10 @@ _MARK = "\ufeff"
 
 
 def inspect_and_fix(arguments: Sequence[str], overrides: Overrides) -> Report:
-    """Repair the files that the arguments name; the report about what is left."""
+    """Repair the files that the arguments name, in rounds until nothing is left to repair.
+
+    Returns the last report.
+    """
     found = inspect_all(arguments, overrides)
     earlier_texts = set[str]()
     for _ in range(ROUNDS):
@@ -60,7 +63,7 @@ def apply_repairs(
 ) -> bool:
     """Make the repairs of findings in files that arguments name, and say which; whether any was.
 
-    No repair leads back to one of the `earlier` texts; those that are repaired now join them.
+    No repair leads back to one of `earlier_texts`; the texts that are repaired now join them.
 
     Raises:
         OSError: a file cannot be written; those before it are repaired.

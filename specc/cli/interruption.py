@@ -56,7 +56,7 @@ def exit_code() -> int:
 
 
 def install_handlers() -> None:
-    """Raise KeyboardInterrupt until `is_over`, even where Python would print and forget it.
+    """Raise KeyboardInterrupt until `is_finished`, even where Python would print and forget it.
 
     That is in callbacks, e.g. of imports. A signal that is ignored, as by `nohup`, stays so.
     """

@@ -212,7 +212,10 @@ AssumptionRows = list[tuple[str, str, str]]
 
 
 def assumption_rows(facts: Facts) -> Iterator[tuple[str, str, str]]:
-    """Subsystem, assumption, and on what it rests, as far as senders alone tell."""
+    """Yields subsystem, assumption and its grounds in words.
+
+    The grounds take only what subsystems send into account.
+    """
     for machine in facts.machines:
         for axiom in machine.subsystem.axioms:
             grounds = facts.assumption_checker.check_assumption(machine, axiom).grounds

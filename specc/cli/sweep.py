@@ -1,4 +1,4 @@
-"""`specc sweep`: many runs as one table, its summary and its summary."""
+"""`specc sweep`: many runs as one table, with its summary and plots."""
 
 from __future__ import annotations
 

@@ -89,7 +89,10 @@ class Timer:
             self._timing(value)
 
     def turning_points(self, condition: Expr) -> TurningPoints | None:
-        """When a condition changes; None if undecided, or not by time alone."""
+        """When a condition changes.
+
+        None if it depends on more than time, or if ranges of values do not decide it.
+        """
         number = self._numbering.number(condition)
         self._register(condition)
         if self._numbering.exact_period_s is None or number not in self._steps:
@@ -153,7 +156,7 @@ class Timer:
         return TurningPoints(found[0][1], tuple(period for period, _ in turns))
 
     def _truth_over(self, steps: Sequence[int], early: int, late: int) -> Range:
-        """Whether the condition holds, over some periods."""
+        """The truth values that the condition has over some periods, as a range."""
         step_s = self._numbering.exact_period_s
         assert step_s is not None  # `turns` looked
         # Rounded once, as the float of a fraction is.

@@ -200,6 +200,7 @@ class Question:
         return Decision(True, (True,) * count, (frozenset(),) * count, unknown=reason)
 
     def _decide_by_table(self, assumed: Sequence[Formula]) -> Decision:
+        """Decide whether exactly one condition holds in all cases; describe a gap or an overlap."""
         table = Table([*self._conditions, *assumed])
         allowed = table.all_of(assumed)
         rows = [table.bits(condition) for condition in self._conditions]

@@ -56,7 +56,7 @@ class Witness:
 
     `facts` leave out what does not matter, and `answers` are the same as expressions. They are all
     the situations there are, or `everywhere` holds in all of them and in no other; where this would
-    take too many words, they are only `some`.
+    take too many words, `is_partial` says so.
 
     `holding` are indices of conditions that all hold. `repair` is what replaces the condition of
     index `repaired`. It is None where one of the conditions that hold has to be removed, since
@@ -195,7 +195,7 @@ TIMED = (
 
 
 def untracked_time(refuted: Decision, question: str) -> Decision:
-    """The verdict where what a run computes from the time may make a refutation wrong."""
+    """A refutation that is taken back: proofs do not follow how the question changes with time."""
     return replace(
         refuted,
         gap=None,

@@ -48,7 +48,7 @@ def condition_for(table: Table, allowed: int, target: int, asked: frozenset[Atom
 
 
 def without_other(condition: Expr, other: Expr) -> Expr:
-    """The condition without what another one has in common with it."""
+    """The condition and not the other one."""
     return junction("and", [condition, opposite(other)])
 
 

@@ -35,14 +35,14 @@ class SearchBudget:
         self.remaining = situations
 
     def spend(self, situations: int) -> bool:
-        """Whether any were left before these."""
+        """Spend situations; returns whether any were left before."""
         had = self.remaining > 0
         self.remaining -= situations
         return had
 
     @contextmanager
     def share(self, most: int) -> Iterator[SearchBudget]:
-        """A part of it; what is spent of it is spent of the whole."""
+        """A part of the budget; spending from the part spends from the whole."""
         given = max(0, min(most, self.remaining))
         part = SearchBudget(given)
         yield part
@@ -102,14 +102,14 @@ def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[
     return found
 
 
-# Ways to give an expression a wanted value, by changing one thing that it depends on.
+# Situations in which an expression has a wanted value: one thing that it depends on is changed.
 
 
 Situations = Iterator[Situation]
 
 MOST_SITUATIONS = 60
 MOST_STEPS = 1000
-"""Parts of expressions that are looked at for the ways of one condition."""
+"""Parts of expressions that the search for the situations of one condition looks at."""
 _OTHER_TEXT = "something else"
 
 
@@ -149,7 +149,7 @@ class Inverter:
         }
 
     def first_situations(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
-        """A bounded number of ways; none if its value cannot be computed."""
+        """A bounded number of situations; none if the value cannot be computed."""
         self._steps.remaining = MOST_STEPS
         try:
             return list(islice(self.situations(expr, wanted, at), MOST_SITUATIONS))
@@ -325,10 +325,10 @@ def refutation_goals(
     holding: Collection[int],
     answers: Iterable[Goal] = (),
 ) -> Iterator[tuple[Goal, ...]]:
-    """Goals of a situation in which a state ends by a cause and of its rows `holding` apply.
+    """Yields sets of goals under which the rows `holding` apply when a state ends by a cause.
 
-    The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
-    any have to, others may as well.
+    In the first set all other rows are false. In the second one they are open; there is none if
+    `holding` is empty or has all rows. The assumptions hold, and questions have these `answers`.
     """
     given = [*reversed(subsystem.state(state).behaviour.facts_after(cause))]
     given += [(axiom.that, True) for axiom in subsystem.axioms]

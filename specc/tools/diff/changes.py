@@ -163,7 +163,7 @@ class PartLog:
         absent: str = "none",
         guarantee: Guarantee = "",
     ) -> None:
-        """Two expressions, each of which may be `absent`."""
+        """Compare two expressions and log the difference; None is shown as `absent`."""
         texts = [absent if expr is None else show(expr) for expr in (old, new)]
         verdict = compare(old, new) if old is not None and new is not None else Verdict(old is new)
         self.verdict(verdict, (texts[0], texts[1]), aspect, guarantee=guarantee)

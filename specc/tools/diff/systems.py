@@ -189,7 +189,10 @@ def _compare_silence(_: SystemDiff, device: PartLog, old: Device, new: Device) -
 
 
 def _effect_on_guarantee(old: Any, new: Any) -> Guarantee:
-    """What is guaranteed by something of which less is better."""
+    """`weaker` if the value has grown, `stronger` if it has shrunk.
+
+    Where more is better, callers swap the arguments.
+    """
     return "weaker" if new > old else "stronger" if new < old else ""
 
 
@@ -434,7 +437,7 @@ def _by_effect(disturbances: Iterable[Disturbance]) -> dict[str, Disturbance]:
 def _aspects(
     disturbance: Disturbance, values: Constants, version: Literal[0, 1]
 ) -> dict[str, _Meaning]:
-    """All of a disturbance but its reason."""
+    """The condition and the drawn numbers of a disturbance, by aspect; not its reason."""
     found: dict[str, _Meaning] = {}
     if disturbance.when:
         form = values.canonical_form(disturbance.when, version)

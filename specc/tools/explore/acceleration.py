@@ -227,7 +227,10 @@ class Loop:
         return all(line.is_exact(times + 1) for line in lines if line.step)
 
     def _holds_for(self, times: int) -> bool:
-        """Whether so many repetitions, from the first one on, have the same steps."""
+        """Whether `times` repetitions, counted from the first, take the same steps.
+
+        They also leave the conditions of the monitors unchanged.
+        """
         tracker, initial_state_number = self._composition.tracker, self._path[0].tracker_state
         if not self._steps_hold_for(times):
             return False

@@ -239,7 +239,10 @@ class Composition:
         return self.tracker.after_ticks(before, visible, machines, self.durations[phase])
 
     def start(self) -> tuple[Configuration, Edge]:
-        """The configurations after time 0, at which each machine executes its initial behaviour."""
+        """The configuration after time 0, at which each machine executes its initial behaviour.
+
+        It comes with the edge to it.
+        """
         parts, moves = list[MachineConfiguration](), list[tuple[int, Transition]]()
         for index, walker in enumerate(self.walkers):
             buffers = tuple(2 * number for number in walker.initial_buffers())
@@ -396,7 +399,7 @@ class Composition:
         return frame[index], transition._replace(sent=sent, lost=lost)
 
     def real_overwritten(self, frame: Permutation, edge: Edge) -> tuple[tuple[int, InputName], ...]:
-        """The overtaken values with the names of that run."""
+        """The overwritten values with their names in the real run."""
         if not self.copies:
             return edge.overwritten
         return tuple(

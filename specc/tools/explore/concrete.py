@@ -278,7 +278,7 @@ def _deviating_runs(
 
 
 class _Expected:
-    """The expected steps of a trace. `kept` are the moments of the last run."""
+    """The expected steps of a trace. `snapshots` are the moments of the last run."""
 
     def __init__(self, trace: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal

@@ -112,6 +112,10 @@ class _SentOnce:
             yield LostValue(frame[wire.reader], key, number, edge, overwritten)
 
     def _losses(self) -> Iterator[tuple[int, Edge, _Connection, bool]]:
+        """Yields each edge on which the value is lost for good.
+
+        With it come its configuration, the connection, and whether the value is overwritten.
+        """
         for number, outgoing_edges in enumerate(self.graph.edges):
             for edge in outgoing_edges:
                 for before, after in self._connections_across(edge):

@@ -240,7 +240,7 @@ def _clock(expr: m.Clock, known: KnownValues) -> m.Expr:
 
 
 def _fold_by_range(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
-    """A comparison, or whole number, that is the same for all values in their ranges."""
+    """The expression, or its value if ranges decide it."""
     value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
     if isinstance(value, (m.Compare, m.Builtin)) and (
         known.reads_range(value) or known.reads_progression(value)

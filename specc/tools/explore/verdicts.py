@@ -300,7 +300,10 @@ def _probe(requirement: Requirement) -> Requirement | None:
 
 
 def _necessary_condition(formula: TemporalFormula) -> TemporalFormula | None:
-    """A condition on single ticks that holds at some tick if a formula ever does; None if none."""
+    """A condition on a single tick that must hold at some tick if the formula ever holds.
+
+    None if there is no such condition.
+    """
     match formula:
         case Temporal(operands=(*_, operand)):  # of `since`, what began it
             return _necessary_condition(operand)

@@ -154,9 +154,9 @@ class _Printer:
         return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
     def _column_widths(self, rows: Collection) -> list[int] | None:
-        """Widths of the columns of a list of rows that are all as long as the first.
+        """Widths of the columns of a list of rows that are as long as its first row.
 
-        Of a column with its comma and the blanks behind it; words over the columns count, too.
+        A width includes the comma and the blanks behind it, and the header comment counts.
         """
         lists = (entry.value for entry in rows.entries)
         first = next((v for v in lists if isinstance(v, Collection) and not v.is_mapping), None)
@@ -231,6 +231,7 @@ def _has_braces(value: YamlValue) -> bool:
 
 
 def _check_unchanged(old: str, new: str, comments: list[str], *, same_data: bool) -> None:
+    """Raise LayoutError if the data (with `same_data`) or a comment would change."""
     before, after = read_text("old", old), read_text("new", new)
     if same_data and pformat(before.data) != pformat(after.data):
         raise LayoutError("the data would change")

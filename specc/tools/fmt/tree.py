@@ -29,7 +29,8 @@ _BLANK = re.compile(r"(?:\s+(?:#[^\r\n]*)?)*")
 class Scalar:
     """A scalar: its value, its style and its characters in the text.
 
-    As of every value, `begin` is where it begins, `start` where what follows its anchor does.
+    As in every value, `begin` is the offset of the anchor if there is one, `start` that of the
+    value itself.
     """
 
     text: str

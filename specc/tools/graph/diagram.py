@@ -91,7 +91,7 @@ class Diagram:
 
     @property
     def all_nodes(self) -> Iterator[Box]:
-        """Those of groups too."""
+        """All nodes, including those in groups."""
         yield from self.nodes
         for group in self.groups:
             yield from group.nodes

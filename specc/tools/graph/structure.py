@@ -204,7 +204,7 @@ def _buffer(ports: list[Port]) -> Box:
 
 
 def _name_and_type(part: Element | Memory) -> tuple[TextLine, TextLine]:
-    """Its name and its type."""
+    """The name with its equations, and the type."""
     kind = wrap_lines(str(part.type), _TYPE, "note", most=1) or (line(""),)
     return (TextRun(part.name, "name"), *equations(part.trace.eq)), kind[0]
 

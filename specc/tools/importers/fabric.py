@@ -490,7 +490,7 @@ class _Agent:
         return [self._agents.of(name) for name, _ in self._other_ends(buffer) or [(outside, "")]]
 
     def _element_name(self, buffer: Buffer) -> str:
-        """Both ends of a connection have the name that the sender gives the buffer."""
+        """The name of a buffer's element: that of the sender at both ends."""
         others = self._other_ends(buffer)
         return SpecNames().of(others[0][1] if others and buffer.is_input else buffer.alias)
 

@@ -161,7 +161,7 @@ class _ChartAgent:
         self._known_conditions: dict[tuple[str, str], str] = {}
 
     def build(self) -> None:
-        """Make states, behaviours and rows, and report what is called or works otherwise."""
+        """Build states, behaviours and rows; report what was renamed or behaves differently."""
         chart = self._chart
         self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.states}
         """State, and its one behaviour -> the terminal condition."""

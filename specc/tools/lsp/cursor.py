@@ -22,9 +22,10 @@ _CLOSING = {"[": "]", "{": "}"}
 
 
 def enclosing_lines(head: str) -> str:
-    """The last line with the keys above it and beside it, by indentation, without their values.
+    """The last line with its enclosing keys and their siblings, found by indentation.
 
-    So an error elsewhere does not matter. A value that the line above leaves open stays.
+    They come without their values, so that errors elsewhere do not matter. A value that starts on
+    an earlier line and is still open is kept.
     """
     lines = SourceFile("", head).lines
     at = _begin(lines)

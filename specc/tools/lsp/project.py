@@ -135,7 +135,11 @@ class Project:
             self._drop(path)
 
     def find_roots(self, path: str, search: bool = False) -> list[str]:
-        """The systems that a file belongs to, or itself; `search` looks on the disk too."""
+        """The systems that a file belongs to, or the file itself.
+
+        With `search`, systems on the disk are analysed first. The analysis of the file alone is
+        dropped if a system has it.
+        """
         if _SYSTEM.search(self.source(path).text):
             return [path, *(root for root in self._systems_reading(path) if root != path)]
         found = list(self._systems_reading(path))
@@ -244,7 +248,7 @@ class Project:
         return current if current.loader.is_complete else self._last_good[root]
 
     def _systems_reading(self, path: str) -> Iterator[str]:
-        """Systems that are known to read a file."""
+        """The known systems that read a file."""
         for root in list(self._current):
             best = self._complete(root)
             if best.result.system is not None and not best.result.is_part and best.includes(path):
@@ -260,7 +264,7 @@ class Project:
         self._last_good.pop(root, None)
 
     def _systems_mentioning(self, file_name: str) -> Iterator[str]:
-        """Files of systems, in the folders of the editor, that speak of a file by its name."""
+        """Files of systems, in the folders of the editor, that mention a file by its name."""
         for path in _yaml_files(self.folders):
             text = self.source(path).text
             if file_name in text and _SYSTEM.search(text):

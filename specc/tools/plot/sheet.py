@@ -130,7 +130,7 @@ def bands(
 
 
 def merge_short_spans(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
-    """The spans of a band; those that are too short to be told apart are one."""
+    """The spans of a band; adjacent ones that are too short to be told apart are merged."""
     shortest = length_s / _FINEST
     for is_short, group in groupby(band.spans, lambda span: span[1] - span[0] < shortest):
         spans = list(group)
@@ -334,7 +334,7 @@ def _mark(every: Sequence[Any], sheet: Sheet) -> None:
 
 
 def states_as_csv(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
-    """The spans in which machines were in their states."""
+    """The spans in which machines were in their states, as CSV."""
     rows = (
         [name, f"{begin_s:.9g}", f"{end_s:.9g}", band.label, state]
         for name, bands in runs

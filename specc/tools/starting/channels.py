@@ -39,9 +39,10 @@ class Channel:
 
 
 def channels_of(actuators: Iterable[Actuator], facts: ModelFacts) -> list[Channel]:
-    """The channels of a group, in the order of the model.
+    """Groups actuators into channels, in the order of the model.
 
-    A channel has a joint once: of several actuators of one kind on a joint, each is in another one.
+    A channel never has two single-joint actuators of the same joint; the second one starts another
+    channel.
     """
     found: list[tuple[tuple[str, str, str], list[Actuator]]] = []
     for actuator in actuators:

@@ -69,7 +69,10 @@ def median(numbers: Sequence[float]) -> Estimate:
 
 @cache
 def _lower_rank(count: int) -> int:
-    """Of so many numbers, those that lie outside the interval on either side, and one more."""
+    """The 1-based rank of the order statistic that bounds the 95 % interval of the median.
+
+    0 if `count` numbers are too few.
+    """
     rank, tail = 0, 0.0
     while True:  # the binomial distribution at 1/2, in logarithms: its terms are tiny
         ways = lgamma(count + 1) - lgamma(rank + 1) - lgamma(count - rank + 1)
@@ -149,7 +152,7 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
 
 
 def rarely_triggered(rows: Sequence[Row]) -> Iterator[str]:
-    """Of each requirement that was not asked in every run, in how many it was, and was met."""
+    """For each requirement that was not triggered in every run: in how many it was, and was met."""
     for column in columns_of(rows):
         tested = [row[column] for row in rows if row.get(column) is not None]
         if column.startswith(ASKED) and not all(tested):
@@ -177,7 +180,7 @@ MOST = 50
 
 
 def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path]:
-    """Draw what differs between the cells, `MOST` columns of it, each as PNG and SVG; the files.
+    """Draw at most `MOST` columns, each as PNG and SVG; returns the files.
 
     Over one constant a line with its intervals, over two a heat map; over none or more nothing.
 
@@ -203,7 +206,10 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
 
 
 def columns_to_plot(cells: Sequence[Cell]) -> Iterator[str]:
-    """The columns whose estimates differ."""
+    """`success`, and every other column whose estimates differ between settings.
+
+    The steps of states are left out.
+    """
     values = grouped((column, e.value) for cell in cells for column, e in cell.estimates.items())
     for column, found in values.items():
         if column == "success" or (len(set(found)) > 1 and not column.startswith(STEPS)):

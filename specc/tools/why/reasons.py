@@ -182,7 +182,10 @@ class Reasons:
         return f"{first} {is_} near {second}: {'; '.join(distances)}{need}"
 
     def _quantifier_reasons(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
-        """Of how many items it is true; and why one that decides is not as it is wanted."""
+        """Says for how many items the body is true.
+
+        Explains one item that prevents the wanted result.
+        """
         text = f"{_text(expr.body)} for {expr.variable} in {_text(expr.over)}"
         try:
             items = self._moment.value(expr.over, **self._bound)

@@ -38,7 +38,7 @@ ScriptValues = Mapping[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Periods:
-    """One period, or several ones that are is_close.
+    """One period, or several that are alike.
 
     Attributes:
         arrives: elements that come in this period, with their values.
@@ -101,7 +101,7 @@ def to_runtime(value: Value, type_: Type) -> Value:
 
 
 def from_runtime(value: Value) -> Value:
-    """What `for_run` made its result of."""
+    """The value from which `to_runtime` made its result."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (tuple, list)):
@@ -117,7 +117,7 @@ def from_runtime(value: Value) -> Value:
 class SubsystemCode:
     """The generated code of one subsystem, with scripted results of operators.
 
-    `alone` is the system that consists of the subsystem.
+    `system` consists of the subsystem alone.
     """
 
     def __init__(self, system: System, subsystem: str, scratch: Path) -> None:

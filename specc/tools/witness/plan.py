@@ -276,7 +276,7 @@ class Driver:
         return waited, self.find_situation(waited.at, goals, driven.state)
 
     def _wait_for_memory(self, driven: Driven, goals: Sequence[Goal]) -> tuple[Driven, Situation]:
-        """The same where changing memory has to reach some value first."""
+        """Like `reach`, but waits period by period until memory has reached the required values."""
         if not self._rests.all(c for c, _ in goals).memory & self.meaning.changing:
             raise NoRunError(f"no inputs were found that end {driven.state} as required")
         for _ in range(MOST_COUNTED):
@@ -424,7 +424,7 @@ class Planner:
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
     def attempts(self) -> Iterator[Attempt]:
-        """What may give a script, or raise NoRunError."""
+        """Yields attempts; each returns a script or raises NoRunError."""
         if self._refutation.absent is None:
             for goals in self._goals():
                 yield from self._row_attempts(goals)
@@ -442,7 +442,11 @@ class Planner:
         return refutation_goals(self._subsystem, about.state, about.cause, holding, about.goals)
 
     def _row_attempts(self, goals: Sequence[Goal]) -> Iterator[Attempt]:
-        """By inputs; by such as have from the start the values needed in the end; set directly."""
+        """Yields attempts.
+
+        They work with inputs alone, with inputs that have the final values from the start, or with
+        state set directly.
+        """
         for driven in self._runs(None, self._paths):
             yield partial(self._script_by_inputs, driven, goals)
         runs: list[Driven] = []
@@ -455,7 +459,11 @@ class Planner:
         yield partial(self._script_from_placed_state, goals)
 
     def _absence_attempts(self, wanted: Situation | None) -> Iterator[Attempt]:
-        """The input is read in the first period, in an assumption, a condition, or on entry."""
+        """Yields attempts at reading the absent input.
+
+        It is read in the first period (E0703, E0701), in an assumption (E0704), in a condition
+        (E0702), or when a state is entered (E0701).
+        """
         code, state = self._refutation.code, self._refutation.state
         if code == "E0703" or (code == "E0701" and state == self._subsystem.initial_state):
             yield partial(self._driver.with_missing_inputs, partial(self._at_first, wanted))
@@ -472,7 +480,7 @@ class Planner:
     def _attempts_to_read(
         self, wanted: Situation | None, path: TransitionPath, ends: Sequence[list[Goal]]
     ) -> Iterator[Attempt]:
-        """Last steps in which different inputs come."""
+        """Yields attempts whose last steps differ in the inputs that come."""
         others = sorted(self._driver.inputs.names - {self._refutation.absent})
         every = [(freshness(name), True) for name in others]
         for driven in self._runs(wanted, [path]):
@@ -481,7 +489,7 @@ class Planner:
                     yield partial(self._script_by_inputs, driven, [*goals, *coming])
 
     def _end_goals(self, state: str) -> list[list[Goal]]:
-        """Goals with which all conditions are asked: without them, an early one may end it."""
+        """Goals under which all conditions are evaluated: an early one may end the state before."""
         behaviour = self._subsystem.state(state).behaviour
         going = (behaviour.error.when, False)
         ends: list[list[Goal]] = [[], [going], [going, (behaviour.terminal.when, True)]]
@@ -519,9 +527,10 @@ class Planner:
         return self._checked(Script((), None, self._driver.first_step(at), at.answers))
 
     def _script_by_inputs(self, driven: Driven, goals: Sequence[Goal]) -> Script:
-        """By inputs alone."""
+        """The script in which inputs alone lead to the goals."""
 
         def script_with(more: list[Goal]) -> Script:
+            """The script whose last step also meets the goals `more`."""
             reached, seen = self._driver.reach(driven, [*goals, *more])
             step = step_between(reached.last, seen)
             return self._checked(Script(reached.steps, None, step, seen.answers))
@@ -529,7 +538,7 @@ class Planner:
         return self._driver.with_missing_inputs(script_with)
 
     def _script_from_placed_state(self, goals: Sequence[Goal]) -> Script:
-        """With the state itself set directly after the first period."""
+        """The script in which the state itself is set directly after the first period."""
         driven = self._driver.first()
         return self._script_with_placed_state(
             driven, replace(driven.at, periods=1), goals, self._refutation.state
