@@ -10,11 +10,11 @@ from specc.model.fsm import Function
 from specc.model.system import Agent, Subsystem, System
 from specc.refusal import Refused
 from specc.tools.graph.diagram import Diagram, is_named
-from specc.tools.graph.dot import as_dot
+from specc.tools.graph.formats import FORMATS
 from specc.tools.graph.machine import flow, states
 from specc.tools.graph.structure import frames, inside, structure
 
-__all__ = ["Diagram", "NoPicture", "PictureKind", "as_dot", "picture"]
+__all__ = ["FORMATS", "Diagram", "NoPicture", "PictureKind", "picture"]
 
 PictureKind = Literal["structure", "inside", "states", "frames", "flow"]
 

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator
 from specc.model import expr as m
 from specc.model.fsm import Function
 from specc.model.system import Subsystem, System
-from specc.tools.graph import Diagram, as_dot
+from specc.tools.graph import Diagram
+from specc.tools.graph.dot import as_dot
 from specc.tools.graph.machine import flow, states
 from specc.tools.graph.structure import frames, inside, structure
 
