@@ -80,7 +80,7 @@ def _editing(path: Path, spec: Path, random: Random) -> Try:
         project, name = Project(), str(path)
         for version in (before, text):
             project.put(name, version)
-            for root in project.roots(name):
+            for root in project.find_roots(name):
                 project.analyse(root)
             notes(project)
         for place in places:

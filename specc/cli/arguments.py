@@ -346,14 +346,17 @@ def _add_policy(command: Parser) -> None:
 
 
 def _graph(command: Parser) -> None:
+    from specc.tools.graph import FORMATS
+
     add = command.add_argument
     add("spec", metavar="SPEC")
     words = "agent, subsystem, function or behaviour: irp, irp.m, irp.m.p2p (default: the system)"
     add("place", metavar="PLACE", nargs="?", default="", help=words)
     words = "structure of a system or agent, states of a subsystem, flow of a function by default"
     add("--of", choices=("structure", "inside", "states", "frames", "flow"), help=words)
-    words = "svg by default, or what the name of the file says; dot goes to standard output"
-    _add_format(command, "graph", words)
+    texts = " and ".join(name for name, form in FORMATS.items() if form.is_text)
+    words = f"{next(iter(FORMATS))} by default, or what the name of the file says; "
+    add("--format", choices=tuple(FORMATS), help=f"{words}{texts} goes to standard output")
     words = "file to write (default: SPEC-PLACE-KIND.FORMAT in the working directory)"
     add("--out", metavar="FILE", help=words)
     _add_force(command)

@@ -54,7 +54,7 @@ def build(options: Namespace) -> int:
             elif options.check:
                 faults = output.stale(directory, built.files)
             else:
-                faults = output.write(directory, built.files, _writable(path, options.out))
+                faults = output.write(directory, built.files, _writable_paths(path, options.out))
             findings += resolve(faults, Sources())
     code = streams.print_report(report(findings, options.specs), options.format) or int(has_errors)
     if not code and not options.check and options.format == "text":
@@ -74,8 +74,8 @@ def _same_directory(directory: Path, first: str, path: str) -> Diagnostic:
     return Diagnostic("E0091", message, Place(str(directory)), help=hint)
 
 
-def _writable(spec: str, out: str | None) -> AllowedPaths:
-    """Where a build may write: links below the working directory must not lead out of it."""
+def _writable_paths(spec: str, out: str | None) -> AllowedPaths:
+    """The folders that a build may write into; a link below the working directory stays in it."""
     project = allowed_paths(spec).folders
     if out is None:
         return AllowedPaths(project)

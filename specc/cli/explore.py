@@ -242,12 +242,12 @@ def _record(
     finding: TracedFinding, built: Build, rehearsal: Any, options: dict[str, Any], shared: int
 ) -> str:
     """Record a run that goes as the trace of a finding; says why if there is none."""
-    from specc.tools.explore.concrete import NotConcreteError, reports
+    from specc.tools.explore.concrete import NotConcreteError, find_reports
 
     assert built.result.system is not None
     way = finding.trace
     try:
-        inputs = reports(way, built.result.system, rehearsal, shared)
+        inputs = find_reports(way, built.result.system, rehearsal, shared)
     except NotConcreteError as error:
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)

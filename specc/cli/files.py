@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from struct import pack
-from zlib import crc32
 
 from specc.atomic_files import (
     digest_at,
@@ -31,16 +28,20 @@ def write_output(
     """Write what a command made; an existing file is replaced by `force` or if it is a picture of
     this format that specc made. Raises Refused.
     """
-    content = with_signature(content, form, by) if by else content
+    from specc.tools.graph.formats import SIGNATURES, mark_of  # most commands write no pictures
+
+    signature = SIGNATURES.get(form)
+    if signature is not None and by:
+        content = signature.sign(content, mark_of(by))
     if not os.path.basename(path):
         raise Refused(f"--out `{path}` names no file")
     try:
         if not os.path.lexists(path):
             write_atomically(Path(path), content)
-        elif force or _is_own(path, form):
+        elif force or (signature is not None and signature.is_own(path)):
             rewrite_file(path, content)
         elif not (os.path.isfile(path) and Path(path).read_bytes() == content):
-            kind = f", but no {form.upper()} that specc made" if form in _STARTS else " already"
+            kind = f", but no {form.upper()} that specc made" if signature else " already"
             raise Refused(f"{path} is there{kind}; `--force` replaces it")
     except OSError as error:
         raise Refused(f"{path} cannot be written: {reason_of(error)}") from error
@@ -68,47 +69,6 @@ def rewrite_file(path: str, content: bytes) -> None:
     except OSError as error:
         # Not the name of the new file beside it, which nobody knows.
         raise OSError(error.errno, error.strerror, path) from error
-
-
-# Pictures say that specc made them, so that no others are replaced.
-
-
-_MARKS = re.compile(rb"specc (graph|plot)")
-_STARTS = {"svg": b"<?xml", "png": b"\x89PNG", "dot": b"//", "pdf": b"%PDF"}
-_LENGTH = 200
-"""Bytes at the beginning of a file, or at its end, that have the mark in them."""
-_PNG_HEAD = 33
-"""Bytes of the signature and of the first chunk."""
-
-
-def with_signature(content: bytes, form: str, by: str) -> bytes:
-    """A picture with the mark of a command; a table has no place for one."""
-    mark = f"specc {by}".encode()
-    match form:
-        case "svg":
-            declaration, end, rest = content.partition(b"\n")
-            return declaration + end + b"<!-- " + mark + b" -->\n" + rest
-        case "png":
-            text = b"tEXtSoftware\0" + mark
-            chunk = pack(">I", len(text) - 4) + text + pack(">I", crc32(text))
-            return content[:_PNG_HEAD] + chunk + content[_PNG_HEAD:]
-        case "dot":
-            return b"// " + mark + b"\n" + content
-        case "pdf":  # where its parts are, counted from the beginning, stands in it
-            return content + b"% " + mark + b"\n"
-    return content
-
-
-def _is_own(path: str, form: str) -> bool:
-    """Whether a file is a picture of this format with the mark of a command."""
-    if form not in _STARTS or not os.path.isfile(path):
-        return False
-    with open(path, "rb") as file:
-        start = file.read(_LENGTH)
-        if form == "pdf":
-            file.seek(-min(_LENGTH, os.fstat(file.fileno()).st_size), os.SEEK_END)
-        marked = file.read(_LENGTH) if form == "pdf" else start
-    return start.startswith(_STARTS[form]) and _MARKS.search(marked) is not None
 
 
 # Several new files: all of them or none, and no folder that was made for them.

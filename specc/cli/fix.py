@@ -32,12 +32,15 @@ _MARK = "\ufeff"
 
 
 def inspect_and_fix(arguments: Sequence[str], overrides: Overrides) -> Report:
-    """Repair the files that the arguments name; the report about what is left."""
+    """Repair the files that the arguments name, in rounds until nothing is left to repair.
+
+    Returns the last report.
+    """
     found = inspect_all(arguments, overrides)
-    earlier = set[str]()
+    earlier_texts = set[str]()
     for _ in range(ROUNDS):
         try:
-            if not apply_repairs(found.findings, arguments, earlier):
+            if not apply_repairs(found.findings, arguments, earlier_texts):
                 break
         except OSError as error:
             findings = [*found.findings, *resolve([unwritable(error)], Sources())]
@@ -55,10 +58,12 @@ def unwritable(error: OSError) -> Diagnostic:
     return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
 
 
-def apply_repairs(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str]) -> bool:
+def apply_repairs(
+    findings: Iterable[Finding], arguments: Sequence[str], earlier_texts: set[str]
+) -> bool:
     """Make the repairs of findings in files that arguments name, and say which; whether any was.
 
-    No repair leads back to one of the `earlier` texts; those that are repaired now join them.
+    No repair leads back to one of `earlier_texts`; the texts that are repaired now join them.
 
     Raises:
         OSError: a file cannot be written; those before it are repaired.
@@ -66,7 +71,7 @@ def apply_repairs(findings: Iterable[Finding], arguments: Sequence[str], earlier
     has_changed = False
     for path, wanted in repairs_by_file(findings).items():
         if is_argument(path, arguments):
-            has_changed |= _repair_file(path, wanted, earlier)
+            has_changed |= _repair_file(path, wanted, earlier_texts)
     return has_changed
 
 
@@ -100,13 +105,13 @@ def repairs_by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Findi
     return found
 
 
-def _repair_file(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
+def _repair_file(path: str, wanted: dict[Repair, Finding], earlier_texts: set[str]) -> bool:
     with open(path, encoding="utf-8", newline="") as file:
         text = file.read()
     mark = _MARK if text.startswith(_MARK) else ""
     text = text.removeprefix(_MARK)
-    earlier.add(text)
-    new_text, applied = apply_compatible(text, wanted, _acceptance(path, wanted, earlier))
+    earlier_texts.add(text)
+    new_text, applied = apply_compatible(text, wanted, _acceptance(path, wanted, earlier_texts))
     if applied:
         rewrite_file(path, (mark + new_text).encode())
     for repair in applied:
@@ -116,7 +121,7 @@ def _repair_file(path: str, wanted: dict[Repair, Finding], earlier: set[str]) ->
     return bool(applied)
 
 
-def _acceptance(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> Accepts:
+def _acceptance(path: str, wanted: dict[Repair, Finding], earlier_texts: set[str]) -> Accepts:
     from specc.pipeline import read_spec
 
     is_toml = path.endswith(".toml")
@@ -124,8 +129,8 @@ def _acceptance(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> 
 
     def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
         if is_toml:
-            return text not in earlier and _is_toml(text)
-        if text in earlier or not read_text("mended", text).ok:
+            return text not in earlier_texts and _is_toml(text)
+        if text in earlier_texts or not read_text("mended", text).ok:
             return False
         after = read_spec(path, {real_path(path): text})
         found = [wanted[repair].diagnostic for repair in repairs]

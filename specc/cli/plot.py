@@ -30,8 +30,8 @@ from specc.tools.plot.sheet import (
     numbers_of,
     panels,
     render,
+    states_as_csv,
     table,
-    timeline,
 )
 from specc.tools.why import NotKnown
 
@@ -145,7 +145,7 @@ class _Plot:
         if self._names_signals:
             return table(self._runs, list(self._signals.values()), names)
         runs = [(r.name, bands([PlottedRun("", r.traces)], names, None)) for r in self._runs]
-        return timeline([(name, list(shown)) for name, shown in runs])
+        return states_as_csv([(name, list(shown)) for name, shown in runs])
 
     def _picture(self, names: Sequence[str], unchanging: tuple[str, ...], form: str) -> bytes:
         runs = self._runs

@@ -7,7 +7,6 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from specc.analysis import Facts
@@ -26,7 +25,7 @@ from specc.schema.places import walk
 from specc.source import Place
 
 if TYPE_CHECKING:
-    from specc.tools.graph import Diagram
+    pass
 
 # How far a specification has come along the procedure of section 3 (Fig. 4).
 
@@ -194,7 +193,7 @@ def status(options: Namespace) -> int:
         return streams.print_findings(result, options.spec, options.format)
     name = result.system.name
     found = progress(result.system, result.diagnostics, is_part=result.is_part)
-    assumed, required = list(assumptions(result.proofs)), result.system.requirements
+    assumed, required = list(assumption_rows(result.proofs)), result.system.requirements
     if options.format == "json":
         text = _status_as_json(name, found, assumed, required)
     else:
@@ -211,8 +210,11 @@ _GROUNDS = {
 AssumptionRows = list[tuple[str, str, str]]
 
 
-def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
-    """Subsystem, assumption, and on what it rests, as far as senders alone tell."""
+def assumption_rows(facts: Facts) -> Iterator[tuple[str, str, str]]:
+    """Yields subsystem, assumption and its grounds in words.
+
+    The grounds take only what subsystems send into account.
+    """
     for machine in facts.machines:
         for axiom in machine.subsystem.axioms:
             grounds = facts.assumption_checker.check_assumption(machine, axiom).grounds
@@ -349,9 +351,6 @@ def _age(oldest: AgeChain | UnboundedAge | None, ages: Ages) -> tuple[str, str]:
 # `specc graph`: a picture of a specification, in a file or as DOT text.
 
 
-_SMALLER = "name a part, such as one agent or subsystem, or take the text with --format dot"
-
-
 def graph(options: Namespace) -> int:
     """Draw what is known of a specification.
 
@@ -359,7 +358,7 @@ def graph(options: Namespace) -> int:
     2 for wrong usage, and where a file cannot be written.
     """
     from specc import pipeline
-    from specc.tools.graph import picture
+    from specc.tools.graph import FORMATS, picture
 
     result, code = pipeline.read_spec(options.spec), 0
     if result.system is None or any(each.severity == "error" for each in result.diagnostics):
@@ -367,14 +366,14 @@ def graph(options: Namespace) -> int:
     if result.system is None or code == streams.USAGE_ERROR or (code and not result.system.agents):
         return code
     suffix = os.path.splitext(options.out or "")[1].lower().removeprefix(".")
-    form = options.format or suffix or "svg"
-    if form not in (formats := streams.FORMATS["graph"]):
+    form = options.format or suffix or next(iter(FORMATS))
+    if form not in FORMATS:
         raise Refused(
-            f"{options.out}: {suffix} is none of {', '.join(formats)}; choose one with --format"
+            f"{options.out}: {suffix} is none of {', '.join(FORMATS)}; choose one with --format"
         )
     kind, diagram = picture(result.system, options.place, options.of)
-    content = _content(diagram, form)
-    if form == "dot" and not options.out:
+    content = FORMATS[form].render(diagram)
+    if FORMATS[form].is_text and not options.out:
         streams.print_output(content.decode())
         return code
     stem = os.path.splitext(os.path.basename(options.spec))[0]
@@ -382,21 +381,3 @@ def graph(options: Namespace) -> int:
     write_output(path, content, form, by="graph", force=options.force)
     streams.print_output(f"{path}\n")
     return code
-
-
-def _content(diagram: Diagram, form: str) -> bytes:
-    from specc.tools.graph import as_dot, drawing
-
-    text = as_dot(diagram)
-    if form == "dot":
-        return text.encode()
-    if not drawing.is_installed():
-        raise Refused(import_module("specc_runtime.extras").lacking("pygraphviz"))
-    nodes, arcs = sum(1 for _ in diagram.every_node), len(diagram.arcs)
-    if nodes > drawing.MAX_NODES or arcs > drawing.MAX_ARCS or len(text) > drawing.MAX_TEXT:
-        size = f"{nodes:,} nodes and {arcs:,} arcs"
-        raise Refused(f"a picture with {size} is not legible; {_SMALLER}")
-    try:
-        return drawing.render(text, "png" if form == "png" else "svg")
-    except drawing.NotDrawn:
-        raise Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None

@@ -29,10 +29,9 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "ages": ("text", "json"),
     "explore": ("text", "json"),
     "diff": ("text", "markdown", "json"),
-    "graph": ("svg", "png", "dot"),
     "plot": ("svg", "png", "pdf", "csv"),
 }
-"""What each command can print or write, by default the first."""
+"""What each command can print or write, by default the first; `specc graph` has its own table."""
 USAGE_ERROR = 2
 """Exit code for wrong usage, and for a file that cannot be read or written."""
 _USUAL_WIDTH = 120

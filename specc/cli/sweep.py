@@ -1,4 +1,4 @@
-"""`specc sweep`: many runs as one table, its summary and its summary."""
+"""`specc sweep`: many runs as one table, with its summary and plots."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class _Plan:
 
     def row(self, setting: SweepSetting, seed: int, figures: Figures) -> dict[str, Any]:
         """A row of the table."""
-        values = {axis.title: axis.shown(setting[axis.name]) for axis in self.axes}
+        values = {axis.title: axis.cell_value(setting[axis.name]) for axis in self.axes}
         return {**values, "seed": seed, **figures}
 
     def write_table(self, folder: Folder) -> None:
@@ -310,7 +310,7 @@ def _print_results(options: Namespace, plan: _Plan, folder: Folder) -> None:
         streams.print_output(_failing(options, plan, [runs[place][:2] for place in places]))
     if len(reasons) > _REASONS:
         streams.print_output(f"and {len(reasons) - _REASONS} other reasons\n")
-    for line in summary.rarely_tested(rows):
+    for line in summary.rarely_triggered(rows):
         streams.print_output(f"{line}\n")
     _draw(cells, names, [axis.title for axis in plan.swept], folder.path / "plots")
     streams.print_output(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
@@ -355,7 +355,7 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     cells = [summary.Cell(tuple(c.values[i] for i in columns), c.runs, c.estimates) for c in cells]
     try:
         summary.plot(cells, swept, folder)
-        if swept and (others := sum(1 for _ in summary.differing(cells)) - summary.MOST) > 0:
+        if swept and (others := sum(1 for _ in summary.columns_to_plot(cells)) - summary.MOST) > 0:
             words = f"no plots of {counted(others, 'other column')}"
             streams.print_output(f"{words}: {folder.with_name(_SUMMARY)}\n")
     except ModuleNotFoundError as error:

@@ -94,7 +94,7 @@ def _nothing_found(every: Sequence[Refutation], result: Result) -> str:
 
 def _write(item: Refutation, script: Script | None, options: Namespace) -> int:
     from specc.emit import FormatError
-    from specc.tools.witness.text import ForeignFileError, file_name, put, scenario
+    from specc.tools.witness.text import ForeignFileError, file_name, scenario, write_scenario
 
     where = f"{item.code}: {item.subsystem}: {item.words}"
     if script is None:
@@ -104,7 +104,7 @@ def _write(item: Refutation, script: Script | None, options: Namespace) -> int:
     path, code = Path(options.out, file_name(item)), streams.USAGE_ERROR
     try:
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
-        put(path, scenario(item, script, spec))
+        write_scenario(path, scenario(item, script, spec))
         message, code = f"wrote {path}: {where}", 1
     except ForeignFileError:
         message = f"{path} is not a test for this specification and is left as it is; see `--out`"

@@ -85,13 +85,16 @@ class Timer:
             lets, lambda name: self.timed_conditions(lets[name])
         )
         for value in numbering.named_values():
-            self._add(value)
+            self._register(value)
             self._timing(value)
 
     def turning_points(self, condition: Expr) -> TurningPoints | None:
-        """When a condition changes; None if undecided, or not by time alone."""
+        """When a condition changes.
+
+        None if it depends on more than time, or if ranges of values do not decide it.
+        """
         number = self._numbering.number(condition)
-        self._add(condition)
+        self._register(condition)
         if self._numbering.exact_period_s is None or number not in self._steps:
             return None
         if number not in self._turns:
@@ -129,7 +132,7 @@ class Timer:
         """Whether a run may compute another value from the time than proofs do."""
         if self._numbering.exact_period_s is None:
             return False
-        if self._add(condition):
+        if self._register(condition):
             return self._timing(condition) != "" and self.turning_points(condition) is None
         return self._timing(condition) == "not followed"
 
@@ -141,7 +144,7 @@ class Timer:
             left -= len(steps)
             if left < 0 or not spend("proof", len(steps)):
                 raise UndecidedError
-            least, greatest = self._range_over(steps, early, late)
+            least, greatest = self._truth_over(steps, early, late)
             if least == greatest:
                 found.append((early, bool(least)))
             elif early == late:
@@ -152,8 +155,8 @@ class Timer:
         turns = [now for before, now in pairwise(found) if before[1] != now[1]]
         return TurningPoints(found[0][1], tuple(period for period, _ in turns))
 
-    def _range_over(self, steps: Sequence[int], early: int, late: int) -> Range:
-        """Whether the condition holds, over some periods."""
+    def _truth_over(self, steps: Sequence[int], early: int, late: int) -> Range:
+        """The truth values that the condition has over some periods, as a range."""
         step_s = self._numbering.exact_period_s
         assert step_s is not None  # `turns` looked
         # Rounded once, as the float of a fraction is.
@@ -176,7 +179,7 @@ class Timer:
                 open_ += self._steps[step].parts
         return sorted(needed)
 
-    def _add(self, expr: Expr) -> bool:
+    def _register(self, expr: Expr) -> bool:
         """Whether an expression depends on time and constants alone; its steps are recorded."""
         number = self._numbering.number(expr)
         if (
@@ -198,7 +201,7 @@ class Timer:
             return _Step(None, ())
         operation, parts = operation_of(expr), tuple(children(expr))
         scalar = kind(expr.type).sort in ("truth", "whole", "real")
-        if operation is None or not (scalar and all(map(self._add, parts))):
+        if operation is None or not (scalar and all(map(self._register, parts))):
             return None
         return _Step(operation, tuple(map(self._numbering.number, parts)))
 

@@ -24,7 +24,7 @@ from specc.proof.verdict import (
     Witness,
     untracked_time,
 )
-from specc.proof.witness import fact_texts, no_row, truth_assignment, two_rows
+from specc.proof.witness import fact_texts, gap_witness, overlap_witness, truth_assignment
 
 # What tables leave open: the solver may answer it, or values that somebody finds.
 
@@ -171,7 +171,7 @@ class Question:
         """The answer where the facts hold as well; what is unsure refutes nothing."""
         assumed = [*self._assumptions, *facts]
         try:
-            decision, reason = self._tabulate(assumed), ""
+            decision, reason = self._decide_by_table(assumed), ""
         except TooLargeError as error:
             decision, reason = self._without_context(assumed, str(error)), str(error)
         if decision.proved:
@@ -193,7 +193,7 @@ class Question:
     def _without_context(self, assumed: Sequence[Formula], reason: str) -> Decision:
         """What the context says of other things cannot help, but makes a table larger."""
         try:
-            smaller = self._tabulate(connected(assumed, self._conditions))
+            smaller = self._decide_by_table(connected(assumed, self._conditions))
             if smaller.proved:
                 return smaller
         except TooLargeError:
@@ -201,7 +201,8 @@ class Question:
         count = len(self._conditions)
         return Decision(True, (True,) * count, (frozenset(),) * count, unknown=reason)
 
-    def _tabulate(self, assumed: Sequence[Formula]) -> Decision:
+    def _decide_by_table(self, assumed: Sequence[Formula]) -> Decision:
+        """Decide whether exactly one condition holds in all cases; describe a gap or an overlap."""
         table = Table([*self._conditions, *assumed])
         allowed = table.all_of(assumed)
         rows = [table.bits(condition) for condition in self._conditions]
@@ -212,10 +213,14 @@ class Question:
         holding = [row & allowed for row in rows]
         without, several = allowed & ~enabled, allowed & both
         decision = Decision(bool(allowed), tuple(map(bool, holding)), _ensured(table, holding))
-        gap = no_row(table, allowed, without, self._conditions, self._context) if without else None
+        gap = (
+            gap_witness(table, allowed, without, self._conditions, self._context)
+            if without
+            else None
+        )
         if not several:
             return replace(decision, gap=gap)
-        overlap = two_rows(table, allowed, several, self._conditions, self._context)
+        overlap = overlap_witness(table, allowed, several, self._conditions, self._context)
         return replace(decision, gap=gap, overlap=overlap)
 
 

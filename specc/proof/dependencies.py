@@ -141,8 +141,8 @@ class Dependencies:
             variable = atom.variable
             if (
                 isinstance(variable, Quantity)
-                and self._computes(atom)
-                and not self._is_unbounded(atom)
+                and self._is_computed_comparison(atom)
+                and not self._takes_all_answers(atom)
             ):
                 return True
             if any(met.setdefault(root, variable) != variable for root in self._roots_of(atom)):
@@ -204,8 +204,8 @@ class Dependencies:
                 yield "operator", expr.operator
                 open_ += [arg for arg in expr.args if arg.type.is_discrete]
 
-    def _computes(self, atom: Atom) -> bool:
-        """Whether a comparison alone may have fewer answers than it seems."""
+    def _is_computed_comparison(self, atom: Atom) -> bool:
+        """Whether a comparison of computed values may have fewer answers than its tests suggest."""
         match atom.expr:
             case Compare(left=a, right=b) if getattr(atom.variable, "kind", "") != "periods":
                 computed: tuple[type[Expr], ...] = (Binary, Choice)
@@ -224,9 +224,9 @@ class Dependencies:
                     return True
         return False
 
-    def _is_unbounded(self, atom: Atom) -> bool:
-        """Whether what is compared in sums surely differs by anything: by a leaf that is in no
-        other place, and so has all answers that it seems to have.
+    def _takes_all_answers(self, atom: Atom) -> bool:
+        """Whether the sums that a comparison compares can differ by any amount, because one input
+        or memory element occurs in them exactly once.
         """
         match atom.expr:
             case Compare(left=Builtin(args=(sum_,)) as size, right=right) if FUNCTIONS[
@@ -268,7 +268,7 @@ class Dependencies:
                     yield part
 
     def _container(self, expr: Expr) -> Expr:
-        """What an expression is a component or field of; any other one itself."""
+        """The value that an expression is a component or field of; otherwise the expression."""
         while isinstance(expr, Component | FieldOf):
             expr = self._resolve(expr.value)
         return expr
@@ -282,7 +282,7 @@ class Dependencies:
 
 
 def _independent_components(expr: Expr) -> int:
-    """How many components a value has of which none says anything of another one; 0 for others."""
+    """The number of components of which none constrains another; 0 if they are not told apart."""
     if not isinstance(expr, Input | MemoryRef):
         return 0
     if isinstance(expr.type, Spatial):

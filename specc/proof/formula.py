@@ -97,7 +97,11 @@ class Quantity:
     """A lower bound by its nature, as of a length."""
 
     def answers(self, tests: Sequence[Threshold]) -> list[Answers]:
-        """One for every threshold that can be met and every gap between thresholds."""
+        """The possible answers to all tests.
+
+        There is one for each threshold that the quantity can equal, and one for each gap between
+        thresholds that it can lie in.
+        """
         thresholds = sorted({value for _, value in tests})
         found = []
         below = -math.inf

@@ -197,7 +197,7 @@ TIMED = (
 
 
 def untracked_time(refuted: Decision, question: str) -> Decision:
-    """The verdict where what a run computes from the time may make a refutation wrong."""
+    """A refutation that is taken back: proofs do not follow how the question changes with time."""
     return replace(
         refuted,
         gap=None,

@@ -89,7 +89,7 @@ def _literals(table: Table, left: int, relevant_atoms: frozenset[Atom]) -> Itera
 # What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
 
 
-def no_row(
+def gap_witness(
     table: Table,
     allowed: int,
     faults: int,
@@ -101,7 +101,7 @@ def no_row(
     return _witness(table, allowed, faults, faults, relevant_atoms, context)
 
 
-def two_rows(
+def overlap_witness(
     table: Table,
     allowed: int,
     faults: int,

@@ -35,14 +35,14 @@ class SearchBudget:
         self.remaining = situations
 
     def spend(self, situations: int) -> bool:
-        """Whether any were left before these."""
+        """Spend situations; returns whether any were left before."""
         had = self.remaining > 0
         self.remaining -= situations
         return had
 
     @contextmanager
     def share(self, most: int) -> Iterator[SearchBudget]:
-        """A part of it; what is spent of it is spent of the whole."""
+        """A part of the budget; spending from the part spends from the whole."""
         given = max(0, min(most, self.remaining))
         part = SearchBudget(given)
         yield part
@@ -102,14 +102,14 @@ def _numbers(parts: Iterable[Expr], meaning: Interpreter, at: Situation) -> set[
     return found
 
 
-# Ways to give an expression a wanted value, by changing one thing that it depends on.
+# Situations in which an expression has a wanted value: one thing that it depends on is changed.
 
 
 Situations = Iterator[Situation]
 
 MOST_SITUATIONS = 60
 MOST_STEPS = 1000
-"""Parts of expressions that are looked at for the ways of one condition."""
+"""Parts of expressions that the search for the situations of one condition looks at."""
 _OTHER_TEXT = "something else"
 
 
@@ -124,11 +124,11 @@ class Inverter:
         self._steps = SearchBudget(MOST_STEPS)
         self._freedom = freedom
         self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
-            m.Input: lambda e, v, at: freedom.input(e.key, v, at),
-            m.Fresh: lambda e, v, at: freedom.fresh(e.input.key, v, at),
-            m.Present: lambda e, v, at: freedom.present(e.input.key, v, at),
-            m.Lag: freedom.lag,
-            m.MemoryRef: lambda e, v, at: freedom.stored(e.name, v, at),
+            m.Input: lambda e, v, at: freedom.with_input(e.key, v, at),
+            m.Fresh: lambda e, v, at: freedom.with_freshness(e.input.key, v, at),
+            m.Present: lambda e, v, at: freedom.with_presence(e.input.key, v, at),
+            m.Lag: freedom.with_lag,
+            m.MemoryRef: lambda e, v, at: freedom.with_memory(e.name, v, at),
             m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
             m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
@@ -142,7 +142,7 @@ class Inverter:
         }
 
     def first_situations(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
-        """A bounded number of ways; none if its value cannot be computed."""
+        """A bounded number of situations; none if the value cannot be computed."""
         self._steps.remaining = MOST_STEPS
         try:
             return list(islice(self.situations(expr, wanted, at), MOST_SITUATIONS))
@@ -313,10 +313,10 @@ def refutation_goals(
     holding: Collection[int],
     answers: Iterable[Goal] = (),
 ) -> Iterator[tuple[Goal, ...]]:
-    """Goals of a situation in which a state ends by a cause and of its rows `holding` apply.
+    """Yields sets of goals under which the rows `holding` apply when a state ends by a cause.
 
-    The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
-    any have to, others may as well.
+    In the first set all other rows are false. In the second one they are open; there is none if
+    `holding` is empty or has all rows. The assumptions hold, and questions have these `answers`.
     """
     given = [*reversed(subsystem.state(state).behaviour.facts_after(cause))]
     given += [(axiom.that, True) for axiom in subsystem.axioms]
@@ -370,13 +370,17 @@ def _repair(
         unmet = _unmet(meaning, wanted, at)
         if not unmet:
             return at
-        ways = conditions.first_situations(*rng.choice(unmet), at)
-        if not budget.spend(1 + len(ways)):
+        situations = conditions.first_situations(*rng.choice(unmet), at)
+        if not budget.spend(1 + len(situations)):
             return None
-        if not ways:
+        if not situations:
             continue
-        scores = [len(_unmet(meaning, wanted, way)) for way in ways]
-        at = rng.choice(ways) if rng.random() < _RANDOM_STEP else ways[scores.index(min(scores))]
+        scores = [len(_unmet(meaning, wanted, each)) for each in situations]
+        at = (
+            rng.choice(situations)
+            if rng.random() < _RANDOM_STEP
+            else situations[scores.index(min(scores))]
+        )
     return None
 
 

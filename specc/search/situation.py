@@ -58,7 +58,7 @@ class Situation:
     present: frozenset[InputName]
     fresh: frozenset[InputName] = frozenset()
     lags: Mapping[LagKey, Value] = field(default_factory=dict)
-    """How far inputs are behind; not at all where nothing is said."""
+    """How far inputs lag; an input that is missing here does not lag."""
     memory: Mapping[str, Value] = field(default_factory=dict)
     periods: int = 0
     answers: tuple[OperatorAnswer, ...] = ()
@@ -191,7 +191,7 @@ class FreeVariables:
         memory: memory elements with these names.
         sure: inputs that are always there.
         time: how long the state has been running.
-        unsent: inputs that change although nothing comes; otherwise only those of `devices` do.
+        unsent: inputs may change although nothing comes; otherwise only those of `devices` may.
         never: inputs that must not come.
     """
 
@@ -202,7 +202,7 @@ class FreeVariables:
     devices: frozenset[InputName] = frozenset()
     never: frozenset[InputName] = frozenset()
 
-    def input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
+    def with_input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value of an input."""
         inputs = {**at.inputs, name: value}
         if name in self.never:
@@ -213,29 +213,29 @@ class FreeVariables:
             came = at.fresh | {name}
             yield replace(at, inputs=inputs, present=at.present | {name}, fresh=came)
 
-    def fresh(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
-        """The situation where an input has come, or has not."""
+    def with_freshness(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situation in which an input is fresh, or is not."""
         if not wanted:
             yield replace(at, fresh=at.fresh - {name})
         elif name not in self.never:
             yield replace(at, fresh=at.fresh | {name}, present=at.present | {name})
 
-    def present(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
-        """The situation where an input has a value, or none yet."""
+    def with_presence(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situations in which an input has a value, or none yet."""
         if wanted and name not in self.never:
-            yield from self.fresh(name, True, at)
+            yield from self.with_freshness(name, True, at)
             if self.unsent:
                 yield replace(at, present=at.present | {name})
         if not wanted and name not in self.sure and self.unsent:
             yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
 
-    def lag(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
-        """The situation with an input that is as far behind; none is ahead."""
+    def with_lag(self, lag: m.Lag, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation in which an input lags by `value` and has a value, if `value` >= 0."""
         if value >= 0:
             lags = {**at.lags, lag_key(lag): value}
-            yield from self.present(lag_key(lag)[1:], True, replace(at, lags=lags))
+            yield from self.with_presence(lag_key(lag)[1:], True, replace(at, lags=lags))
 
-    def stored(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
+    def with_memory(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""
         if name in self.memory:
             yield replace(at, memory={**at.memory, name: value})

@@ -8,7 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from specc.pipeline import read_spec
-from specc.tools.graph import PictureKind, as_dot, picture
+from specc.tools.graph import PictureKind, picture
+from specc.tools.graph.dot import as_dot
 from specc.tools.graph.drawing import render
 
 ROOT = Path(__file__).parents[2]

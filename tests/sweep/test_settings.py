@@ -65,9 +65,9 @@ def test_what_is_no_list_of_values(text: str) -> None:
 
 def test_numbers_of_one_unit_are_numbers_of_the_table() -> None:
     axis = parse_axis("d", "1:2:3", "kg/s")
-    assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
+    assert (axis.title, [axis.cell_value(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
     axis = parse_axis("d", "1[g/s],2[kg/s]", "kg/s")
-    assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
+    assert (axis.title, [axis.cell_value(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
 
 
 def test_no_constant_hides_a_column_of_the_table() -> None:

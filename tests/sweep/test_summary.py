@@ -14,7 +14,7 @@ from specc.tools.sweep.summary import (
     cells_of,
     median,
     plot,
-    rarely_tested,
+    rarely_triggered,
     rate,
     reasons,
 )
@@ -113,7 +113,7 @@ def test_what_was_seldom_asked_is_told() -> None:
         | {"verdict of r": "unknown", "asked of r": False, "success": True}
         for seed in range(20)
     ]
-    assert list(rarely_tested(rows)) == [
+    assert list(rarely_triggered(rows)) == [
         "p: met in 20 of 20, asked in 3",
         "r: met in 0 of 20, asked in none",
     ]

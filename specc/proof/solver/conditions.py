@@ -173,11 +173,12 @@ class Conditions(Terms):
     def _quantifier(self, expr: Quantifier) -> Any:
         over = self._numbering.resolve(expr.over)
         if isinstance(over.type, ListOf) and not isinstance(over, Items):
-            return self._list_quantifier(expr, over)
+            return self._quantifier_over_list(expr, over)
         size = len(over.items) if isinstance(over, Items) else getattr(over.type, "size", 0)
         return _joined(expr, self._instances(expr, over, self._components(size)))
 
-    def _list_quantifier(self, expr: Quantifier, over: Expr) -> Any:
+    def _quantifier_over_list(self, expr: Quantifier, over: Expr) -> Any:
+        """The term, expanded for as many items as there are quantifiers over that list."""
         quantifiers = self._quantified.get(self._numbering.number(over), ())
         length = self.number(Builtin(LENGTH, (over,), type=Int()))
         parts = []
@@ -191,7 +192,7 @@ class Conditions(Terms):
         return z3.If(length <= len(quantifiers), formula, self.unknown(expr))
 
     def _instances(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
-        """The body said of some items."""
+        """The body, with each of some items in the place of the variable."""
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
         self._count_parts(len(indices) * sum(1 for _ in walk(expr.body)))
         items = (Component(over, index, type=over.type.element) for index in indices)

@@ -154,7 +154,7 @@ class PartLog:
         """An aspect that has no influence on what an agent does."""
         self.changed(aspect, old, new, semantic=False)
 
-    def expressions(
+    def compare_expressions(
         self,
         aspect: str,
         old: Expr | None,
@@ -163,7 +163,7 @@ class PartLog:
         absent: str = "none",
         guarantee: Guarantee = "",
     ) -> None:
-        """Two expressions, each of which may be `absent`."""
+        """Compare two expressions and log the difference; None is shown as `absent`."""
         texts = [absent if expr is None else show(expr) for expr in (old, new)]
         verdict = compare(old, new) if old is not None and new is not None else Verdict(old is new)
         self.verdict(verdict, (texts[0], texts[1]), aspect, guarantee=guarantee)
@@ -324,13 +324,13 @@ def as_json(comparison: Comparison, old: str, new: str) -> str:
         "new": new,
         "equal": not comparison.differences,
         "verdict": comparison.verdict,
-        "differences": [_change(change) for change in comparison.differences],
-        "remarks": [_change(change) for change in comparison.remarks],
+        "differences": [_difference_as_json(change) for change in comparison.differences],
+        "remarks": [_difference_as_json(change) for change in comparison.remarks],
     }
     return json.dumps(document, indent=2) + "\n"
 
 
-def _change(change: Difference) -> dict[str, Any]:
+def _difference_as_json(change: Difference) -> dict[str, Any]:
     found = {key: value for key, value in asdict(change).items() if key != "semantic"}
     for key in ("only_old", "only_new"):
         found[key] = [{"fact": fact, "value": answer} for fact, answer in found[key]]

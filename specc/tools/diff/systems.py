@@ -66,7 +66,7 @@ class SystemDiff:
             aspect = stem if unit in ("hz", "s") else _ASPECTS.get(item.name, item.name)
             both = getattr(old, item.name), getattr(new, item.name)
             if any(isinstance(value, Node) for value in both):
-                part.expressions(aspect, *both, self.values.compare, f"no {aspect}")
+                part.compare_expressions(aspect, *both, self.values.compare, f"no {aspect}")
             elif isinstance(both[0], Type):
                 part.changed(aspect, *map(type_text, both))
             elif all(map(_is_plain, both)):
@@ -93,10 +93,10 @@ class SystemDiff:
         """Compare parts of one kind by their names."""
         text, semantic = _PARTS[label]
         for part, one, other in self.log.pair(label, versions, text, semantic=semantic):
-            inside = self._inside(part.name, one, other)
-            inside.fields(inside.log.part(label, part.name), one, other)
+            diff = self._diff_of_part(part.name, one, other)
+            diff.fields(diff.log.part(label, part.name), one, other)
 
-    def _inside(self, name: str, old: object, new: object) -> SystemDiff:
+    def _diff_of_part(self, name: str, old: object, new: object) -> SystemDiff:
         """The diff of an agent, device or subsystem, whose changes are reported under its name."""
         (one, other), values = self.systems, self.values
         if isinstance(old, Device) and isinstance(new, Device):
@@ -183,11 +183,16 @@ def _compare_silence(_: SystemDiff, device: PartLog, old: Device, new: Device) -
     one, other = old.silence_s, new.silence_s
     texts = ("the default" if s is None else f"{float(s):g} s" for s in (one, other))
     is_known = one is not None and other is not None
-    device.changed("silence", *texts, guarantee=_guarantee(one, other) if is_known else "")
+    device.changed(
+        "silence", *texts, guarantee=_effect_on_guarantee(one, other) if is_known else ""
+    )
 
 
-def _guarantee(old: Any, new: Any) -> Guarantee:
-    """What is guaranteed by something of which less is better."""
+def _effect_on_guarantee(old: Any, new: Any) -> Guarantee:
+    """`weaker` if the value has grown, `stronger` if it has shrunk.
+
+    Where more is better, callers swap the arguments.
+    """
     return "weaker" if new > old else "stronger" if new < old else ""
 
 
@@ -209,22 +214,24 @@ def _compare_guarantees(diff: SystemDiff, part: PartLog, old: Element, new: Elem
     """How old values may be, whether none may be missed, and what a device gets at the end."""
     ages = [inf if e.max_age_s is None else e.max_age_s for e in (old, new)]
     texts = ("any" if age == inf else f"{float(age):g} s" for age in ages)
-    part.changed("greatest age", *texts, guarantee=_guarantee(*ages))
-    part.changed("event", old.event, new.event, guarantee=_guarantee(new.event, old.event))
+    part.changed("greatest age", *texts, guarantee=_effect_on_guarantee(*ages))
+    part.changed(
+        "event", old.event, new.event, guarantee=_effect_on_guarantee(new.event, old.event)
+    )
     safe = old.safe, new.safe
     for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
         if key == "value" or None not in safe:
             both = [getattr(each, key, None) for each in safe]
-            guarantee = _guarantee(both[0] is None, both[1] is None)
+            guarantee = _effect_on_guarantee(both[0] is None, both[1] is None)
             compare = diff.values.compare
-            part.expressions(aspect, both[0], both[1], compare, guarantee=guarantee)
+            part.compare_expressions(aspect, both[0], both[1], compare, guarantee=guarantee)
 
 
 def _compare_assignments(diff: SystemDiff, part: PartLog, old: Function, new: Function) -> None:
     before, after = ({a.target: a.value for a in f.assignments} for f in (old, new))
     for target in sorted(before.keys() | after.keys()):
         both = before.get(target), after.get(target)
-        part.expressions(target, *both, diff.values.compare, "not assigned")
+        part.compare_expressions(target, *both, diff.values.compare, "not assigned")
 
 
 # The machine of a subsystem.
@@ -241,7 +248,7 @@ def _is_same_condition(one: Condition, other: Condition, machine: Equivalence) -
 
 
 def _compare_when(diff: SystemDiff, part: PartLog, old: Condition, new: Condition) -> None:
-    part.expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
+    part.compare_expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
 
 
 def _compare_behaviours(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
@@ -427,13 +434,18 @@ def _by_effect(disturbances: Iterable[Disturbance]) -> dict[str, Disturbance]:
     return found
 
 
-def _aspects(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[str, _Meaning]:
-    """All of a disturbance but its reason."""
+def _aspects(
+    disturbance: Disturbance, values: Constants, version: Literal[0, 1]
+) -> dict[str, _Meaning]:
+    """The condition and the drawn numbers of a disturbance, by aspect; not its reason."""
     found: dict[str, _Meaning] = {}
-    if each.when:
-        form = values.canonical_form(each.when, version)
-        found["when"] = form, each.when.that, each.when.names
-    draws = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.actions)]
+    if disturbance.when:
+        form = values.canonical_form(disturbance.when, version)
+        found["when"] = form, disturbance.when.that, disturbance.when.names
+    draws = [
+        ("", disturbance.times),
+        *((f"{deed.verb} ", deed.numbers) for deed in disturbance.actions),
+    ]
     return found | {f"{verb}{d.name}": _draw(d) for verb, numbers in draws for d in numbers}
 
 

@@ -165,20 +165,20 @@ class Loop:
 
         None if some other monitor changed its state.
         """
-        watch, path = self._composition.tracker, self._path
-        if watch is None:
+        tracker, path = self._composition.tracker, self._path
+        if tracker is None:
             return {}
-        begin, *after = (watch.state(each.tracker_state).states for each in path[:: self._length])
+        begin, *after = (tracker.state(each.tracker_state).states for each in path[:: self._length])
         moved = [i for i, state in enumerate(begin) if any(each[i] != state for each in after)]
         if not moved:
             return {}
-        first, *others = (watch.conditions(self._known_at(watch, each)) for each in path[1:])
+        first, *others = (tracker.conditions(self._known_at(tracker, each)) for each in path[1:])
         if any(each[index] != first[index] for each in others for index in moved):
             return None
         return {index: first[index] for index in moved}
 
-    def _known_at(self, watch: RequirementTracker, here: Configuration) -> KnownValues:
-        return watch.known_values(here.tracker_state, self._composition.machine_states(here))
+    def _known_at(self, tracker: RequirementTracker, here: Configuration) -> KnownValues:
+        return tracker.known_values(here.tracker_state, self._composition.machine_states(here))
 
     def _step_pairs(self, at: int) -> Iterator[tuple[RepeatedStep, RepeatedStep]]:
         return zip(self._steps_at(at), self._steps_at(at + self._length), strict=True)
@@ -227,31 +227,34 @@ class Loop:
         return all(line.is_exact(times + 1) for line in lines if line.step)
 
     def _holds_for(self, times: int) -> bool:
-        """Whether so many repetitions, from the first one on, have the same steps."""
-        watch, begin = self._composition.tracker, self._path[0].tracker_state
+        """Whether `times` repetitions, counted from the first, take the same steps.
+
+        They also leave the conditions of the monitors unchanged.
+        """
+        tracker, initial_state_number = self._composition.tracker, self._path[0].tracker_state
         if not self._steps_hold_for(times):
             return False
-        if watch is None:
+        if tracker is None:
             return True
         for index, conditions in (self.waiting_monitors or {}).items():
-            if times * self._ticks > watch.ticks_until_change(
-                index, watch.state(begin).states[index], conditions
+            if times * self._ticks > tracker.ticks_until_change(
+                index, tracker.state(initial_state_number).states[index], conditions
             ):
                 return False
         return all(
-            conditions == watch.conditions(_with_progressions(one, two, times))
+            conditions == tracker.conditions(_with_progressions(one, two, times))
             for one, two, conditions in self._conditions
         )
 
     @cached_property
     def _conditions(self) -> list[tuple[KnownValues, KnownValues, list[list[m.Expr]]]]:
         """The conditions of monitors at steps whose values differ in the next repetition."""
-        watch = self._composition.tracker
-        if watch is None:
+        tracker = self._composition.tracker
+        if tracker is None:
             return []
-        seen = [self._known_at(watch, each) for each in self._path]
+        seen = [self._known_at(tracker, each) for each in self._path]
         pairs = zip(seen[1:], seen[self._length + 1 :], strict=False)
-        return [(a, b, watch.conditions(a)) for a, b in pairs if a.memory != b.memory]
+        return [(a, b, tracker.conditions(a)) for a, b in pairs if a.memory != b.memory]
 
     def _steps_hold_for(self, times: int) -> bool:
         return all(_is_same_step(one, two, times) for one, two in self._steps)
@@ -261,14 +264,16 @@ class Loop:
         composition, first = self._composition, self._path[0]
         pairs = zip(self._initial_numbers, self._increments.values, strict=True)
         numbers = iter([composition.values.shifted(n, times * slope) for n, slope in pairs])
-        watch, watched = composition.tracker, first.tracker_state
-        if watch is not None:
-            states, seen = map(list, watch.state(watched))
+        tracker, tracker_state = composition.tracker, first.tracker_state
+        if tracker is not None:
+            states, seen = map(list, tracker.state(tracker_state))
             for index, conditions in (self.waiting_monitors or {}).items():
-                states[index] = watch.monitor_after(
+                states[index] = tracker.monitor_after(
                     index, states[index], conditions, times * self._ticks
                 )
-            watched = watch.number(TrackerState(tuple(states), tuple(next(numbers) for _ in seen)))
+            tracker_state = tracker.state_number_of(
+                TrackerState(tuple(states), tuple(next(numbers) for _ in seen))
+            )
         passed, parts = iter(self._increments.clocks), list[MachineConfiguration]()
         for walker, part in zip(composition.walkers, composition.parts_of(first), strict=True):
             local: MachineState = walker.states.by_number[part.state]
@@ -280,7 +285,7 @@ class Loop:
                 return None
             parts.append(MachineConfiguration(walker.states.number(local), buffers, pending))
         ordered, turn = composition.sort_copies(parts)
-        return composition.configuration_of(first.phase, ordered, watched), turn
+        return composition.configuration_of(first.phase, ordered, tracker_state), turn
 
 
 def _without_values(edge: Edge) -> Edge:

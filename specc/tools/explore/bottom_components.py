@@ -202,7 +202,10 @@ class BottomComponent:
         return [e for row in away for e in (ends[row.source][row.cause].when, row.condition.when)]
 
     def _sender_has_ended(self, index: int, key: InputName) -> bool:
-        """Whether the sender of an input is in a state that is declared to be its end."""
+        """Whether the sender of an input stays in a state without conditions.
+
+        If that is its initial state, it only counts if it does not send the input there.
+        """
         sender, output = self.sender(index, key)
         is_initial = self.states[sender] == {self.walkers[sender].subsystem.initial_state}
         return self.is_at_end(sender) and (not is_initial or (sender, output) not in self.sent)

@@ -221,11 +221,13 @@ class Composition:
         return any(walker.clocks.is_timed for walker in self.walkers)
 
     def configuration_of(
-        self, phase: int, parts: Sequence[MachineConfiguration], watched: int = 0
+        self, phase: int, parts: Sequence[MachineConfiguration], tracker_state: int = 0
     ) -> Configuration:
         """The configuration of some parts."""
         pairs = zip(self._part_numbers, parts, strict=True)
-        return Configuration(phase, tuple([numbers[part] for numbers, part in pairs]), watched)
+        return Configuration(
+            phase, tuple([numbers[part] for numbers, part in pairs]), tracker_state
+        )
 
     def _track(
         self, phase: int, parts: Sequence[MachineConfiguration], before: int, visible: Visible
@@ -237,16 +239,19 @@ class Composition:
         return self.tracker.after_ticks(before, visible, machines, self.durations[phase])
 
     def start(self) -> tuple[Configuration, Edge]:
-        """The configurations after time 0, at which each machine executes its initial behaviour."""
+        """The configuration after time 0, at which each machine executes its initial behaviour.
+
+        It comes with the edge to it.
+        """
         parts, moves = list[MachineConfiguration](), list[tuple[int, Transition]]()
         for index, walker in enumerate(self.walkers):
             buffers = tuple(2 * number for number in walker.initial_buffers())
             successor = walker.first_step(buffers)
             parts.append(MachineConfiguration(successor.state, buffers, successor.transition.sent))
             moves.append((index, successor.transition))
-        begin = self.tracker.initial_state if self.tracker else 0
-        watched, violated = self._track(0, parts, begin, ())
-        return self.configuration_of(0, parts, watched), Edge(0, tuple(moves), (), violated)
+        initial_state = self.tracker.initial_state if self.tracker else 0
+        tracker_state, violated = self._track(0, parts, initial_state, ())
+        return self.configuration_of(0, parts, tracker_state), Edge(0, tuple(moves), (), violated)
 
     def successors(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
         """The edges from a configuration, none at the end of a run; `target` is not set yet."""
@@ -257,7 +262,7 @@ class Composition:
             return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.tracker else ()
         before, numbers = list(parts), list(here.parts)
-        overtaken = self.deliver(due, parts)
+        overwritten = self.deliver(due, parts)
         for i, part in enumerate(parts):
             if part is not before[i]:
                 numbers[i] = self._part_numbers[i][part]
@@ -268,13 +273,13 @@ class Composition:
             for i, result in zip(due, results, strict=True):
                 parts[i], numbers[i] = result.part, result.number
             ordered, turn = self.sort_copies(parts) if self.copies else (parts, ())
-            watched, violated = self._track(phase, ordered, here.tracker_state, visible)
-            configuration = Configuration(phase, tuple(numbers), watched)
+            tracker_state, violated = self._track(phase, ordered, here.tracker_state, visible)
+            configuration = Configuration(phase, tuple(numbers), tracker_state)
             if ordered is not parts:
-                configuration = self.configuration_of(phase, ordered, watched)
+                configuration = self.configuration_of(phase, ordered, tracker_state)
             moves = tuple([result.transition for result in results])
             ends = True in [result.ends_run for result in results]
-            yield configuration, Edge(-1, moves, overtaken, violated, turn, ends)
+            yield configuration, Edge(-1, moves, overwritten, violated, turn, ends)
 
     def _step_results(self, index: int, number: int) -> tuple[_Result, ...]:
         """A machine after each outcome of a step, its buffers read."""
@@ -394,7 +399,7 @@ class Composition:
         return frame[index], transition._replace(sent=sent, lost=lost)
 
     def real_overwritten(self, frame: Permutation, edge: Edge) -> tuple[tuple[int, InputName], ...]:
-        """The overtaken values with the names of that run."""
+        """The overwritten values with their names in the real run."""
         if not self.copies:
             return edge.overwritten
         return tuple(
@@ -405,7 +410,7 @@ class Composition:
         self, due: tuple[int, ...], parts: list[MachineConfiguration]
     ) -> tuple[tuple[int, InputName], ...]:
         """Make outputs of the last time stamp visible; returns the values that were overwritten."""
-        overtaken = []
+        overwritten = []
         for i in due:
             for key, number in parts[i].pending:
                 place = self._receivers.get((i, key))
@@ -416,11 +421,11 @@ class Composition:
                 before, new = buffers[slot], 2 * number + 1
                 name = self.walkers[reader].inputs[slot]
                 if before % 2 and (before != new or name in self.walkers[reader].events):
-                    overtaken.append((reader, name))
+                    overwritten.append((reader, name))
                 if before != new:
                     buffers = (*buffers[:slot], new, *buffers[slot + 1 :])
                     parts[reader] = MachineConfiguration(local, buffers, pending)
-        return tuple(overtaken)
+        return tuple(overwritten)
 
 
 def _avoidable_last(result: _Result) -> tuple[bool, bool]:

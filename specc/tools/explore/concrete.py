@@ -195,7 +195,9 @@ class Deviation:
         return self.tick, -self.others
 
 
-def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: int = 1) -> Reports:
+def find_reports(
+    trace: ExploredTrace, system: System, rehearsal: Rehearsal, shared: int = 1
+) -> Reports:
     """Find measurements with which a run follows a trace; so many traces share the steps.
 
     Raises:
@@ -205,25 +207,25 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
     known: Reports = {name: [(0, values.reports_of(name)[0])] for name in rehearsal.sensors}
     for name in values.silent & known.keys():
         known[name].append((1, ...))
-    expected = _Expected(way, system, rehearsal)
-    if any(step.times > 1 for step in way.steps) and expected.length > MOST_STEPS:
+    expected = _Expected(trace, system, rehearsal)
+    if any(step.times > 1 for step in trace.steps) and expected.length > MOST_STEPS:
         raise NotConcreteError(f"its run would have more than {MOST_STEPS} steps of subsystems")
     stray = expected.deviation(known)
     if stray is None:
         return known
-    ways = list(_candidates(known, stray, expected, values))
-    furthest = ways[0].deviation
-    while ways:
+    candidates = list(_deviating_runs(known, stray, expected, values))
+    furthest = candidates[0].deviation
+    while candidates:
         if expected.steps >= most:
             raise NotConcreteError(f"{furthest.words}, as far as {most} steps reach")
         # Half of the trials go to the furthest run, the others to the one with the fewest trials.
-        tried = [each for each in ways if each.deviation is furthest]
+        tried = [each for each in candidates if each.deviation is furthest]
         if expected.runs % 2 or not tried:
-            tried = ways
+            tried = candidates
         each = min(tried, key=lambda one: one.spent)
         change = next(each.changes, None)
         if change is None:
-            ways.remove(each)
+            candidates.remove(each)
             continue
         since, changed = change
         before = expected.steps
@@ -232,16 +234,16 @@ def reports(way: ExploredTrace, system: System, rehearsal: Rehearsal, shared: in
         if stray is None:
             return changed
         if stray.reach > each.deviation.reach:
-            ways += _candidates(changed, stray, expected, values)
+            candidates += _deviating_runs(changed, stray, expected, values)
             if stray.reach >= furthest.reach:
-                furthest = ways[-1].deviation
+                furthest = candidates[-1].deviation
     if rehearsal.influences(furthest.subsystem):
         raise NotConcreteError(f"{furthest.words}, whatever measurements were tried")
     raise NotConcreteError(f"{furthest.words}, and nothing that is measured changes that")
 
 
 @dataclass(eq=False, slots=True)
-class _Candidate:
+class _DeviatingRun:
     """A run that leaves the trace, and the changes to try: a moment, and the reports from it."""
 
     deviation: Deviation
@@ -250,9 +252,9 @@ class _Candidate:
     """Steps that its trials took."""
 
 
-def _candidates(
+def _deviating_runs(
     known: Reports, stray: Deviation, expected: _Expected, values: SensorValues
-) -> Iterator[_Candidate]:
+) -> Iterator[_DeviatingRun]:
     """A run that leaves the trace, to be changed shortly before, or from the beginning."""
     rehearsal = expected.rehearsal
     periods = {rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())}
@@ -265,7 +267,7 @@ def _candidates(
     for some in filter(None, (moments, [0])):
         pairs = product(enumerate(sensors), enumerate(some))
         ordered = sorted(pairs, key=lambda pair: pair[0][0] + pair[1][0])
-        yield _Candidate(
+        yield _DeviatingRun(
             stray,
             (
                 (snapshots[moment], changed)
@@ -278,12 +280,12 @@ def _candidates(
 class _Expected:
     """The expected steps of a trace. `snapshots` are those of the last run, by tick."""
 
-    def __init__(self, way: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
+    def __init__(self, trace: ExploredTrace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal
         self.runs = self.steps = 0
         self.snapshots: Mapping[int, Any] = {}
-        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in way.with_stamps()) + 1
-        self._steps = {(s.walker.name, n): s for s, n in way.with_stamps()}
+        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in trace.with_stamps()) + 1
+        self._steps = {(s.walker.name, n): s for s, n in trace.with_stamps()}
         wires = Wires(system.agents)
         self._bound = {
             (s.qualified_name, key): f"{wires.measuring_device(s.qualified_name, key[0])}.{key[1]}"
@@ -335,14 +337,14 @@ class _Expected:
                 found.append(
                     Deviation(tick, failure.subsystem, f"the run fails: {failure.message}")
                 )
-        found += self._missed_losses(known)
+        found += self._unseen_arrivals(known)
         if not found:
             return None
         first = min(found, key=lambda stray: stray.tick)
         others = sum(stray.tick == first.tick for stray in found) - 1
         return replace(first, others=others, sent=sent)
 
-    def _missed_losses(self, known: Reports) -> Iterator[Deviation]:
+    def _unseen_arrivals(self, known: Reports) -> Iterator[Deviation]:
         """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]

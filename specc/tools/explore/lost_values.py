@@ -112,16 +112,20 @@ class _SentOnce:
             yield LostValue(frame[wire.reader], key, number, edge, overwritten)
 
     def _losses(self) -> Iterator[tuple[int, Edge, _Connection, bool]]:
-        for number, out in enumerate(self.graph.edges):
-            for edge in out:
+        """Yields each edge on which the value is lost for good.
+
+        With it come its configuration, the connection, and whether the value is overwritten.
+        """
+        for number, outgoing_edges in enumerate(self.graph.edges):
+            for edge in outgoing_edges:
                 for before, after in self._connections_across(edge):
                     connection = self.connections[before]
                     overwritten = (connection.reader, connection.key) in edge.overwritten
-                    passed = any(
+                    was_missed = any(
                         i == connection.reader and connection.key in dict(x.lost)
                         for i, x in edge.transitions
                     )
-                    if not (overwritten or passed):
+                    if not (overwritten or was_missed):
                         continue
                     resent = self._resent_from(
                         self._buffered_value(number, connection) if overwritten else None

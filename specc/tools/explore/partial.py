@@ -239,8 +239,8 @@ def _clock(expr: m.Clock, known: KnownValues) -> m.Expr:
     return m.Number(0.0, type=expr.type) if known.periods == 0 else expr
 
 
-def _over_ranges(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
-    """A comparison, or whole number, that is the same for all values in their ranges."""
+def _fold_by_range(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
+    """The expression, or its value if ranges decide it."""
     value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
     if isinstance(value, (m.Compare, m.Builtin)) and (
         known.reads_range(value) or known.reads_progression(value)
@@ -338,8 +338,8 @@ _RULES: dict[type, Callable[[Any, KnownValues], m.Expr]] = {
     m.Present: lambda e, known: _known_answer(known.present, e),
     m.Lag: lambda e, known: e,
     m.Clock: _clock,
-    m.Compare: _over_ranges,
-    m.Builtin: _over_ranges,
+    m.Compare: _fold_by_range,
+    m.Builtin: _fold_by_range,
     m.Unary: _unary,
     m.Logic: _logic,
     m.Choice: _choice,

@@ -110,25 +110,31 @@ class RequirementTracker:
             else self._values.number_of(reading.name, residual(init, known), known)
         )
 
-    def state(self, number: int) -> TrackerState:
+    def state(self, state_number: int) -> TrackerState:
         """The obligations and seen values with a number."""
-        found: TrackerState = self._state_numbers.by_number[number]
+        found: TrackerState = self._state_numbers.by_number[state_number]
         return found
 
-    def number(self, watched: TrackerState) -> int:
+    def state_number_of(self, tracker_state: TrackerState) -> int:
         """The number of obligations and seen values."""
-        return self._state_numbers.number(watched)
+        return self._state_numbers.number(tracker_state)
 
-    def known_values(self, number: int, locals_: Sequence[MachineState]) -> KnownValues:
+    def known_values(
+        self, state_number: int, machine_states: Sequence[MachineState]
+    ) -> KnownValues:
         """The values of the readings in a configuration."""
-        seen = self.state(number).values
-        return self._known_values(self._reading_values(seen, locals_))
+        seen = self.state(state_number).values
+        return self._known_values(self._reading_values(seen, machine_states))
 
-    def truth(self, index: int, number: int, locals_: Sequence[MachineState]) -> TruthValue:
+    def truth(
+        self, index: int, state_number: int, machine_states: Sequence[MachineState]
+    ) -> TruthValue:
         """Whether a requirement about single ticks holds in a configuration."""
-        atoms = self._truths(self._reading_values(self.state(number).values, locals_))[index]
-        begin = self._obligation_numbers.number(self.monitors[index].initial_state)
-        (holds,) = self._step_monitor(index, begin, atoms, 1)[1]
+        atoms = self._truths(self._reading_values(self.state(state_number).values, machine_states))[
+            index
+        ]
+        initial_number = self._obligation_numbers.number(self.monitors[index].initial_state)
+        (holds,) = self._step_monitor(index, initial_number, atoms, 1)[1]
         return holds
 
     def conditions(self, known: KnownValues) -> list[list[m.Expr]]:
@@ -146,7 +152,7 @@ class RequirementTracker:
         return self._step_monitor(index, state, _truth_values(atoms), ticks)[0]
 
     def after_ticks(
-        self, number: int, visible: Visible, machines: Sequence[int], ticks: int
+        self, state_number: int, visible: Visible, machines: Sequence[int], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
         """The obligations after some ticks with constant values, and the violations on them.
 
@@ -154,33 +160,33 @@ class RequirementTracker:
         """
         for machine, output, value in visible:
             for slot in self._slots_of_output.get((machine, output), ()):
-                number = self._with_value(number, slot, value)
+                state_number = self._with_value(state_number, slot, value)
         observed = tuple([known[n] for known, n in zip(self._observed, machines, strict=True)])
-        key = number, observed, ticks
+        key = state_number, observed, ticks
         if key not in self._step_cache:
             each = zip(self._observed, machines, strict=True)
-            locals_ = [known.walker.states.by_number[n] for known, n in each]
+            machine_states = [known.walker.states.by_number[n] for known, n in each]
             self._step_cache[key] = self._step(
-                self._state_numbers.by_number[number], locals_, ticks
+                self._state_numbers.by_number[state_number], machine_states, ticks
             )
         return self._step_cache[key]
 
-    def _with_value(self, number: int, slot: int, value: int) -> int:
+    def _with_value(self, state_number: int, slot: int, value: int) -> int:
         """The tracker state with another visible value."""
-        states, seen = self._state_numbers.by_number[number]
+        states, seen = self._state_numbers.by_number[state_number]
         if seen[slot] == value:
-            return number
+            return state_number
         return self._state_numbers.number(
             TrackerState(states, (*seen[:slot], value, *seen[slot + 1 :]))
         )
 
     def _step(
-        self, watched: TrackerState, locals_: Sequence[MachineState], ticks: int
+        self, tracker_state: TrackerState, machine_states: Sequence[MachineState], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
-        now = self._reading_values(watched.values, locals_)
-        failed = any(local.clock == FAILED for local in locals_)
+        now = self._reading_values(tracker_state.values, machine_states)
+        failed = any(local.clock == FAILED for local in machine_states)
         states, violated = [], []
-        zipped = zip(watched.states, self._truths(now), strict=True)
+        zipped = zip(tracker_state.states, self._truths(now), strict=True)
         for index, (state, atoms) in enumerate(zipped):
             after, verdicts = self._step_monitor(index, state, atoms, ticks)
             self._verdicts[index] |= verdicts - {None} if failed else verdicts
@@ -189,7 +195,7 @@ class RequirementTracker:
             if False in verdicts and index < self._requirement_count:
                 violated.append(index)
             states.append(after)
-        return self._state_numbers.number(TrackerState(tuple(states), watched.values)), tuple(
+        return self._state_numbers.number(TrackerState(tuple(states), tracker_state.values)), tuple(
             violated
         )
 
@@ -206,7 +212,7 @@ class RequirementTracker:
         return self._monitor_cache[key]
 
     def _reading_values(
-        self, seen: tuple[int, ...], locals_: Sequence[MachineState]
+        self, seen: tuple[int, ...], machine_states: Sequence[MachineState]
     ) -> tuple[object, ...]:
         """The abstract values of readings: states, or numbers; None for those that have none.
 
@@ -216,14 +222,14 @@ class RequirementTracker:
         for index, kind, slot in self._locations:
             if index < 0:
                 found.append(None)
-            elif locals_[index].clock == FAILED:
+            elif machine_states[index].clock == FAILED:
                 found.append(_FAILED_VALUE)
             elif kind == "sent":
                 found.append(seen[slot])
             elif kind == "memory":
-                found.append(locals_[index].memory[slot])
+                found.append(machine_states[index].memory[slot])
             else:
-                found.append(locals_[index].state)
+                found.append(machine_states[index].state)
         return tuple(found)
 
     def _locate(self, reading: Reading) -> tuple[int, str, int]:

@@ -226,8 +226,8 @@ def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, Traced
 
 def _truths(graph: Graph, index: int) -> list[TruthValue]:
     """Whether a requirement about single ticks holds in each configuration."""
-    watch, locals_of = _tracker(graph), graph.composition.machine_states
-    return [watch.truth(index, c.tracker_state, locals_of(c)) for c in graph.configurations]
+    tracker, states_of = _tracker(graph), graph.composition.machine_states
+    return [tracker.truth(index, c.tracker_state, states_of(c)) for c in graph.configurations]
 
 
 def _tracker(graph: Graph) -> RequirementTracker:
@@ -295,21 +295,24 @@ def _absent_values(graphs: Sequence[Graph]) -> str:
 def _probe(requirement: Requirement) -> Requirement | None:
     """The requirement "this one is never triggered"; None without a known trigger."""
     when = antecedent(requirement.formula)
-    ever = None if when is None else _once_condition(when)
+    ever = None if when is None else _necessary_condition(when)
     return None if ever is None else replace(requirement, formula=BoolOp("not", (ever,)))
 
 
-def _once_condition(formula: TemporalFormula) -> TemporalFormula | None:
-    """A condition on single ticks that holds at some tick if a formula ever does; None if none."""
+def _necessary_condition(formula: TemporalFormula) -> TemporalFormula | None:
+    """A condition on a single tick that must hold at some tick if the formula ever holds.
+
+    None if there is no such condition.
+    """
     match formula:
         case Temporal(operands=(*_, operand)):  # of `since`, what began it
-            return _once_condition(operand)
+            return _necessary_condition(operand)
         case BoolOp(op="and", operands=operands):
             same = tuple(part for part in map(_pointwise_condition, operands) if part is not None)
-            found = (BoolOp("and", same),) if same else map(_once_condition, operands)
+            found = (BoolOp("and", same),) if same else map(_necessary_condition, operands)
             return next((part for part in found if part is not None), None)
         case BoolOp(op="or", operands=operands):
-            parts = tuple(part for part in map(_once_condition, operands) if part is not None)
+            parts = tuple(part for part in map(_necessary_condition, operands) if part is not None)
             return BoolOp("or", parts) if len(parts) == len(operands) else None
     return formula if is_timeless(formula) else None
 

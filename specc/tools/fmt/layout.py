@@ -54,7 +54,9 @@ def format_text(text: str, change: Callable[[Collection], None] | None = None) -
     lines = dropwhile(not_, _Printer(text).lines(root, FILE))
     new = "".join(f"{line.rstrip()}\n" for line in lines)
     if new != text:
-        _compare(text, new, [comment.text for comment in comments], same=change is None)
+        _check_unchanged(
+            text, new, [comment.text for comment in comments], same_data=change is None
+        )
     return new
 
 
@@ -64,7 +66,7 @@ class _Printer:
 
     def lines(self, collection: Collection, here: SchemaNode, margin: int = 0) -> Iterator[str]:
         """A collection as a block, without the indentation of `margin` columns that it will get."""
-        columns = self._table(collection) if here.is_table else None
+        columns = self._column_widths(collection) if here.is_table else None
         entries = _ordered(collection, here)
         for number, entry in enumerate(entries):
             above = [*entry.above] if number else [*dropwhile(not_, entry.above)]
@@ -85,7 +87,7 @@ class _Printer:
         if value.anchor:
             head += f" &{value.anchor}"
         beside = f" {entry.beside}" if entry.beside else ""
-        if isinstance(value, Scalar) and value.style in ("|", ">") and _keeps_block(value):
+        if isinstance(value, Scalar) and value.style in ("|", ">") and _can_keep_block(value):
             header, *body = value.raw.splitlines()
             yield f"{head} {header.split()[0]}{beside}"
             while not body[-1].strip():
@@ -151,10 +153,10 @@ class _Printer:
         assert isinstance(value, Collection)
         return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
-    def _table(self, rows: Collection) -> list[int] | None:
-        """Widths of the columns of a list of rows that are all as long as the first.
+    def _column_widths(self, rows: Collection) -> list[int] | None:
+        """Widths of the columns of a list of rows that are as long as its first row.
 
-        Of a column with its comma and the blanks behind it; words over the columns count, too.
+        A width includes the comma and the blanks behind it, and the header comment counts.
         """
         lists = (entry.value for entry in rows.entries)
         first = next((v for v in lists if isinstance(v, Collection) and not v.is_mapping), None)
@@ -180,7 +182,7 @@ def _header_cells(comment: list[str], columns: int) -> list[list[str]]:
 def _ordered(collection: Collection, here: SchemaNode) -> list[Entry]:
     """Entries in the order of their keys; those with names that people choose keep theirs."""
     # An alias must come behind its anchor.
-    if not collection.is_mapping or collection.linked or not is_model(here.kind):
+    if not collection.is_mapping or collection.has_links or not is_model(here.kind):
         return collection.entries
     known = layout(here.kind)
     ranks = {name: rank for rank, name in enumerate(known)}
@@ -207,7 +209,7 @@ def _is_cell(value: YamlValue) -> bool:
     return plain and not value.is_block and not value.is_mapping
 
 
-def _keeps_block(value: Scalar) -> bool:
+def _can_keep_block(value: Scalar) -> bool:
     """Whether a block scalar can be moved as it is: no indentation given, no lines kept below."""
     header = value.raw.split("\n", 1)[0].split("#")[0].strip()
     return header in ("|", ">", "|-", ">-") and bool(value.text.strip())
@@ -228,9 +230,10 @@ def _has_braces(value: YamlValue) -> bool:
     return value.is_mapping or any(_has_braces(entry.value) for entry in value.entries)
 
 
-def _compare(old: str, new: str, comments: list[str], *, same: bool) -> None:
+def _check_unchanged(old: str, new: str, comments: list[str], *, same_data: bool) -> None:
+    """Raise LayoutError if the data (with `same_data`) or a comment would change."""
     before, after = read_text("old", old), read_text("new", new)
-    if same and pformat(before.data) != pformat(after.data):
+    if same_data and pformat(before.data) != pformat(after.data):
         raise LayoutError("the data would change")
     _, scalars = parse(new)
     found = comments_in(new, [(scalar.start, scalar.end) for scalar in scalars])

@@ -29,7 +29,8 @@ _BLANK = re.compile(r"(?:\s+(?:#[^\r\n]*)?)*")
 class Scalar:
     """A scalar: its value, its style and its characters in the text.
 
-    As of every value, `begin` is where it begins, `start` where what follows its anchor does.
+    As in every value, `begin` is the offset of the anchor if there is one, `start` that of the
+    value itself.
     """
 
     text: str
@@ -99,12 +100,12 @@ class Collection:
         return self.broken or not self.flow
 
     @property
-    def linked(self) -> bool:
+    def has_links(self) -> bool:
         """Whether something below has an anchor or is an alias, so that order matters."""
         return any(
             entry.value.anchor
             or isinstance(entry.value, Alias)
-            or (isinstance(entry.value, Collection) and entry.value.linked)
+            or (isinstance(entry.value, Collection) and entry.value.has_links)
             for entry in self.entries
         )
 
@@ -183,7 +184,7 @@ class _Attacher:
 
     def attach(self, comments: list[Comment]) -> None:
         for comment in comments:
-            _break(self._root, comment.start)
+            _mark_broken(self._root, comment.start)
         self._places = list(self._walk(self._root, ()))
         starts = [place.entry.start for place in self._places]
         pending: dict[int, list[str]] = {}
@@ -260,14 +261,14 @@ class _Attacher:
         return offset - self._line_start(offset)
 
 
-def _break(collection: Collection, offset: int) -> None:
+def _mark_broken(collection: Collection, offset: int) -> None:
     """Mark the flow collections that a comment at an offset stands in, unless they are empty."""
     if collection.flow and collection.entries and collection.start < offset < collection.end:
         collection.broken = True
     inside = bisect_right(collection.entries, offset, key=lambda entry: entry.start) - 1
     value = collection.entries[inside].value if inside >= 0 else None
     if isinstance(value, Collection):
-        _break(value, offset)
+        _mark_broken(value, offset)
 
 
 # Scalars as text: plain where it can be, in quotes where it must be.

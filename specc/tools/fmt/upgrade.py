@@ -21,7 +21,7 @@ def upgrade(root: Collection) -> None:
             entry.value = _replaced(entry.value, str(VERSIONS[-1]))
     for machine in _machines(root):
         rows = machine["transitions"]
-        if isinstance(rows, Collection) and not rows.linked:
+        if isinstance(rows, Collection) and not rows.has_links:
             _write_remainders(rows, _initial_conditions(machine))
             _join_rows(rows)
 
@@ -41,7 +41,7 @@ def _initial_conditions(machine: dict[str, YamlValue]) -> Collection | None:
     value: YamlValue | None = machine.get("conditions")
     for entry in value.entries if isinstance(value, Collection) else ():
         if entry.name == "initial" and isinstance(entry.value, Collection):
-            return None if entry.value.linked else entry.value
+            return None if entry.value.has_links else entry.value
     return None
 
 

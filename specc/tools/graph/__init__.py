@@ -10,11 +10,11 @@ from specc.model.fsm import Function
 from specc.model.system import Agent, Subsystem, System
 from specc.refusal import Refused
 from specc.tools.graph.diagram import Diagram, is_named
-from specc.tools.graph.dot import as_dot
+from specc.tools.graph.formats import FORMATS
 from specc.tools.graph.machine import flow, states
 from specc.tools.graph.structure import frames, inside, structure
 
-__all__ = ["Diagram", "NoPicture", "PictureKind", "as_dot", "picture"]
+__all__ = ["FORMATS", "Diagram", "NoPicture", "PictureKind", "picture"]
 
 PictureKind = Literal["structure", "inside", "states", "frames", "flow"]
 
@@ -39,7 +39,7 @@ def picture(system: System, place: str, kind: PictureKind | None) -> tuple[Pictu
     usual: PictureKind = "flow" if at.name else "states" if at.subsystem else "structure"
     kind = kind or usual
     drawn = _draw(system, at, place, kind)
-    if not any(drawn.every_node):
+    if not any(drawn.all_nodes):
         raise NoPicture(f"nothing is known yet that --of {kind} could show")
     return kind, drawn
 

@@ -90,8 +90,8 @@ class Diagram:
     notes: tuple[Cells, ...] = ()
 
     @property
-    def every_node(self) -> Iterator[Box]:
-        """Those of groups too."""
+    def all_nodes(self) -> Iterator[Box]:
+        """All nodes, including those in groups."""
         yield from self.nodes
         for group in self.groups:
             yield from group.nodes

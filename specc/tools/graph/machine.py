@@ -164,7 +164,7 @@ class _Flow:
         self._computed: dict[object, str] = {}
 
     def assign(self, assigned: Assignment, covered: str, lines: tuple[TextLine, ...]) -> None:
-        """The node of a target, and the arc to it."""
+        """Add the node of a target and the arc to it."""
         id = f"assigned {covered}"
         while id in self.nodes:  # a second time, which is an error
             id += " again"

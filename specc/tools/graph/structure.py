@@ -175,7 +175,7 @@ def inside(system: System, subsystem: Subsystem) -> Diagram:
         arcs += [Arc(*route[:2], points=points), Arc(*route[1:], points=points)]
     levels = []
     if subsystem.memory:
-        rows = tuple(Cells(_declared(each)) for each in subsystem.memory)
+        rows = tuple(Cells(_name_and_type(each)) for each in subsystem.memory)
         covers = tuple(each.name for each in subsystem.memory)
         nodes.append(Box(_MEMORY, "table", (line("memory", "italic"),), rows, covers))
         arcs.append(Arc(_WORK, _MEMORY, (line(_GAP),), points="both"))
@@ -194,7 +194,7 @@ def _buffer(ports: list[Port]) -> Box:
         for element in port.elements:
             elements.setdefault((port.direction, element.name), element)
     rows = tuple(
-        Cells((line(direction, "italic"), *_declared(elements[direction, name])))
+        Cells((line(direction, "italic"), *_name_and_type(elements[direction, name])))
         for direction, name in sorted(elements, key=lambda key: key[0])
     )
     covers = tuple(f"{p.direction}.{p.peer}.{e.name}" for p in ports for e in p.elements)
@@ -203,8 +203,8 @@ def _buffer(ports: list[Port]) -> Box:
     return Box(f"buffers {names[0]}", "table", (head,), rows or _NOTHING, covers)
 
 
-def _declared(part: Element | Memory) -> tuple[TextLine, TextLine]:
-    """Its name and its type."""
+def _name_and_type(part: Element | Memory) -> tuple[TextLine, TextLine]:
+    """The name with its equations, and the type."""
     kind = wrap_lines(str(part.type), _TYPE, "note", most=1) or (line(""),)
     return (TextRun(part.name, "name"), *equations(part.trace.eq)), kind[0]
 

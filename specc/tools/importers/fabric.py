@@ -350,7 +350,7 @@ class _Agent:
         names = SpecNames()
         for buffer in self._definition.buffers_of(inputs=True):
             alias = names.of(buffer.alias)
-            value = f"x.{self._peers(buffer)[0]}.{self._element(buffer)}"
+            value = f"x.{self._peers(buffer)[0]}.{self._element_name(buffer)}"
             parameters += [f"{alias}: {self._shared.message(buffer.type)}"]
             parameters += [f"{names.new(alias + '_new')}: bool"]
             arguments += [value, f"fresh({value})"]
@@ -394,7 +394,7 @@ class _Agent:
             output = f"(components: {self.components}) -> {self._shared.message(buffer.type)}"
             gives = self._operator(buffer.alias, output, f"contents of {buffer.alias}")
             for peer in self._peers(buffer):
-                targets[f"y.{peer}.{self._element(buffer)}"] = f"{gives}({let})"
+                targets[f"y.{peer}.{self._element_name(buffer)}"] = f"{gives}({let})"
         return targets
 
     # The state machine.
@@ -477,7 +477,7 @@ class _Agent:
             element: dict[str, Data] = {"type": self._shared.message(buffer.type)}
             if inputs:
                 element["init"] = self._shared.empty(buffer.type)
-            name = self._element(buffer)
+            name = self._element_name(buffer)
             if name != buffer.alias:
                 element["title"] = buffer.alias
             for peer in self._peers(buffer):
@@ -489,8 +489,8 @@ class _Agent:
         outside = f"{self._definition.name} {buffer.side}"
         return [self._agents.of(name) for name, _ in self._other_ends(buffer) or [(outside, "")]]
 
-    def _element(self, buffer: Buffer) -> str:
-        """Both ends of a connection have the name that the sender gives the buffer."""
+    def _element_name(self, buffer: Buffer) -> str:
+        """The name of a buffer's element: that of the sender at both ends."""
         others = self._other_ends(buffer)
         return SpecNames().of(others[0][1] if others and buffer.is_input else buffer.alias)
 
@@ -518,7 +518,7 @@ class _Agent:
 
     def _stub_buffer(self, buffer: Buffer) -> dict[str, str]:
         return {
-            "element": self._element(buffer),
+            "element": self._element_name(buffer),
             "alias": buffer.alias,
             "type": self._shared.message(buffer.type),
             "empty": self._shared.empty(buffer.type),

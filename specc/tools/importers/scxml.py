@@ -136,7 +136,7 @@ class GuardInputs:
         self.names: dict[str, str] = {}
         self._unique = SpecNames(("event", "comes", "state", *members))
 
-    def of(self, text: str) -> str:
+    def input_of(self, text: str) -> str:
         """The input of a condition."""
         if text not in self.names:
             self.names[text] = self._unique.new(text if text.isidentifier() else f"guard_{text}")
@@ -161,7 +161,7 @@ class _ChartAgent:
         self._known_conditions: dict[tuple[str, str], str] = {}
 
     def build(self) -> None:
-        """Make states, behaviours and rows, and report what is called or works otherwise."""
+        """Build states, behaviours and rows; report what was renamed or behaves differently."""
         chart = self._chart
         self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.states}
         """State, and its one behaviour -> the terminal condition."""
@@ -211,7 +211,7 @@ class _ChartAgent:
         return self._tests[members]
 
     def _guard(self, text: str) -> str:
-        self.guards[text] = self._all_guards.of(text)
+        self.guards[text] = self._all_guards.input_of(text)
         return self.guards[text]
 
     def _end(self, state: ChartState) -> str:

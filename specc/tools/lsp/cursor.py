@@ -21,10 +21,11 @@ _VALUE = re.compile(r"[:\-]\s+([|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
 _CLOSING = {"[": "]", "{": "}"}
 
 
-def outline(head: str) -> str:
-    """The last line with the keys above it and beside it, by indentation, without their values.
+def enclosing_lines(head: str) -> str:
+    """The last line with its enclosing keys and their siblings, found by indentation.
 
-    So an error elsewhere does not matter. A value that the line above leaves open stays.
+    They come without their values, so that errors elsewhere do not matter. A value that starts on
+    an earlier line and is still open is kept.
     """
     lines = SourceFile("", head).lines
     at = _begin(lines)
@@ -33,15 +34,15 @@ def outline(head: str) -> str:
     for line in reversed(lines[:at]):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
-        here, dash = _column(line)
-        above = here < column or (here == column and dashed and not dash)
-        if not above and here > column:
+        column_here, has_dash = _column(line)
+        is_parent = column_here < column or (column_here == column and dashed and not has_dash)
+        if not is_parent and column_here > column:
             continue
-        step = _step(line, above)
+        step = _step(line, is_parent)
         if step is not None:
             found.append(step)
-        if above:
-            column, dashed = here, dash
+        if is_parent:
+            column, dashed = column_here, has_dash
     return "\n".join(reversed(found))
 
 
@@ -68,15 +69,15 @@ def _column(line: str) -> tuple[int, bool]:
     return len(line) - len(line.lstrip(" ")), line.lstrip(" ").startswith("-")
 
 
-def _step(line: str, above: bool) -> str | None:
+def _step(line: str, is_parent: bool) -> str | None:
     """A line as the key or item that it begins; None if it begins none."""
     begin = line[: _column(line)[0]]
     body = line[len(begin) :]
     found = _HEAD.match(body)
-    if found and above:
+    if found and is_parent:
         return f"{begin}{found.group(1)}{found.group(2)}:"
     if body.startswith("-"):
-        return f"{begin}-" if above else f"{begin}- 0"
+        return f"{begin}-" if is_parent else f"{begin}- 0"
     return f"{begin}{found.group(2)}: 0" if found else None
 
 
@@ -103,7 +104,7 @@ class TextCursor:
 
 def cursors(text: str, offset: int) -> list[TextCursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
-    head = outline(text[:offset])
+    head = enclosing_lines(text[:offset])
     closing = _closing(head)
     found: dict[TextCursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):

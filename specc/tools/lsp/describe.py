@@ -27,7 +27,7 @@ _LONGEST = 160
 
 
 def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> str:
-    """SymbolKind, name, type, title, equation and what the symbol stands for."""
+    """Kind, name, type, title, equation and what the symbol stands for."""
     node = index.node(symbol.place.file, symbol.place.route)
     shown = type_ or symbol.type
     head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"

@@ -127,22 +127,26 @@ class Project:
 
     def is_used(self, path: str) -> bool:
         """Whether a known system reads the file, or looked for it without finding it."""
-        return any(root != path for root in self._using(path))
+        return any(root != path for root in self._systems_reading(path))
 
     def forget_deleted(self, path: str) -> None:
         """Drop what is known of a system whose file is gone and not open."""
         if path in self._current and path not in self._open and not os.path.exists(on_disk(path)):
             self._drop(path)
 
-    def roots(self, path: str, search: bool = False) -> list[str]:
-        """The systems that a file belongs to, or itself; `search` looks on the disk too."""
+    def find_roots(self, path: str, search: bool = False) -> list[str]:
+        """The systems that a file belongs to, or the file itself.
+
+        With `search`, systems on the disk are analysed first. The analysis of the file alone is
+        dropped if a system has it.
+        """
         if _SYSTEM.search(self.source(path).text):
-            return [path, *(root for root in self._using(path) if root != path)]
-        found = list(self._using(path))
+            return [path, *(root for root in self._systems_reading(path) if root != path)]
+        found = list(self._systems_reading(path))
         if not found and search:
-            for candidate in self._systems(os.path.basename(path)):
+            for candidate in self._systems_mentioning(os.path.basename(path)):
                 self.analyse(candidate)
-            found = list(self._using(path))
+            found = list(self._systems_reading(path))
             for root in set(self._current) - set(found):
                 self._forget(root)
         if found:
@@ -151,23 +155,23 @@ class Project:
 
     def analyse(self, root: str) -> Analysis:
         """Compile a system, or look at a file that is none by itself."""
-        analysis = self._current[root] = self._analysed(root)
+        analysis = self._current[root] = self._compile(root)
         known = self._last_good.get(root)
         if analysis.loader.is_complete:
             self._last_good[root] = analysis
         elif known is None or known.lacks_lines:
-            self._last_good[root] = self._analysed(root, lacks_lines=True)
+            self._last_good[root] = self._compile(root, lacks_lines=True)
         return analysis
 
-    def _analysed(self, root: str, *, lacks_lines: bool = False) -> Analysis:
+    def _compile(self, root: str, *, lacks_lines: bool = False) -> Analysis:
         read = self._read_without_errors if lacks_lines else self._read
-        loader = Loader(Findings(), read, reach=self._reach(root))
+        loader = Loader(Findings(), read, reach=self._readable_paths(root))
         result = check_spec(root, loader)
         settings = settings_for(os.path.dirname(root)).settings
         judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
         return Analysis(root, loader, result, judged.diagnostics, lacks_lines)
 
-    def _reach(self, root: str) -> AllowedPaths:
+    def _readable_paths(self, root: str) -> AllowedPaths:
         """What a file may name: besides its project, what is open in the editor, and folders."""
         return AllowedPaths(
             (*allowed_paths(root).folders, *map(real_path, (*self.folders, *self._open)))
@@ -179,8 +183,8 @@ class Project:
         for changed, text in texts.items():
             other.put(changed, text)
         roots = [analysis.root for analysis in self._readers(texts)]
-        before = [d for root in roots for d in self._analysed(root).diagnostics]
-        after = [d for root in roots for d in other._analysed(root).diagnostics]
+        before = [d for root in roots for d in self._compile(root).diagnostics]
+        after = [d for root in roots for d in other._compile(root).diagnostics]
         return before, after
 
     def indexes(self, paths: Iterable[str]) -> list[Index]:
@@ -192,9 +196,9 @@ class Project:
         wanted = list(paths)
         found = {root: self._complete(root) for root in self._current}
         for name in {os.path.basename(path) for path in wanted}:
-            for root in self._systems(name):
+            for root in self._systems_mentioning(name):
                 if root not in found:
-                    found[root] = self._analysed(root)
+                    found[root] = self._compile(root)
         return [analysis for analysis in found.values() if any(map(analysis.includes, wanted))]
 
     def analyses(self) -> Iterable[Analysis]:
@@ -222,7 +226,7 @@ class Project:
         found = [analysis for analysis in found if analysis.includes(path)]
         if found and not any(analysis.describes(path) for analysis in found):
             # No system uses it as it is described: what it says by itself.
-            found.append(self._analysed(path, lacks_lines=True))
+            found.append(self._compile(path, lacks_lines=True))
         best = next((each for each in found if each.describes(path)), *found[:1] or (None,))
         if best is None:
             return None
@@ -243,8 +247,8 @@ class Project:
         current = self._current[root]
         return current if current.loader.is_complete else self._last_good[root]
 
-    def _using(self, path: str) -> Iterator[str]:
-        """Systems that are known to read a file."""
+    def _systems_reading(self, path: str) -> Iterator[str]:
+        """The known systems that read a file."""
         for root in list(self._current):
             best = self._complete(root)
             if best.result.system is not None and not best.result.is_part and best.includes(path):
@@ -259,11 +263,11 @@ class Project:
         self._current.pop(root, None)
         self._last_good.pop(root, None)
 
-    def _systems(self, named: str) -> Iterator[str]:
-        """Files of systems, in the folders of the editor, that speak of a file by its name."""
+    def _systems_mentioning(self, file_name: str) -> Iterator[str]:
+        """Files of systems, in the folders of the editor, that mention a file by its name."""
         for path in _yaml_files(self.folders):
             text = self.source(path).text
-            if named in text and _SYSTEM.search(text):
+            if file_name in text and _SYSTEM.search(text):
                 yield path
 
     def _read(self, path: str, row_keys: tuple[str, ...]) -> Document:

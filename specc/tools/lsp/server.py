@@ -240,7 +240,7 @@ class SpecServer(LanguageServer):
         """Start the process before the first text comes: it takes its time to begin."""
         self._starting = asyncio.ensure_future(self.worker.call(""))
 
-    def plan(self, uri: str, *, search: bool = False) -> None:
+    def schedule_check(self, uri: str, *, search: bool = False) -> None:
         """Check a file after a pause; a change in the pause begins it anew."""
         self._given_up.discard(uri)
         self._changed[uri] = search or self._changed.get(uri, False)
@@ -315,11 +315,11 @@ def create_server() -> SpecServer:
     _follow_client(server)
     _follow_texts(server)
     for method, (name, options) in QUESTIONS.items():
-        _answer(server, method, name, options)
+        _register_request(server, method, name, options)
     return server
 
 
-def _answer(server: SpecServer, method: str, name: str, options: Any) -> None:
+def _register_request(server: SpecServer, method: str, name: str, options: Any) -> None:
     async def answer(params: Any) -> Any:
         for position in _positions(params):
             if position.line < 0 or position.character < 0:
@@ -378,24 +378,24 @@ def _watch(process: int) -> None:
 def _follow_texts(server: SpecServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def opened(params: lsp.DidOpenTextDocumentParams) -> None:
-        server.plan(params.text_document.uri, search=True)
+        server.schedule_check(params.text_document.uri, search=True)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def changed(params: lsp.DidChangeTextDocumentParams) -> None:
-        server.plan(params.text_document.uri)
+        server.schedule_check(params.text_document.uri)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     def saved(params: lsp.DidSaveTextDocumentParams) -> None:
-        server.plan(params.text_document.uri, search=True)
+        server.schedule_check(params.text_document.uri, search=True)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
-        server.plan(params.text_document.uri)
+        server.schedule_check(params.text_document.uri)
 
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def watched(params: lsp.DidChangeWatchedFilesParams) -> None:
         for event in params.changes:
-            server.plan(event.uri)
+            server.schedule_check(event.uri)
 
 
 def serve() -> int:

@@ -149,7 +149,7 @@ class EditorSession:
         project, path = self.project, self.path(changed)
         project.forget_deleted(path)
         if project.is_specification(path) or project.is_used(path):
-            for root in project.roots(path, search):
+            for root in project.find_roots(path, search):
                 project.analyse(root)
         found = features.notes(project)
         before = set(map(self.path, reported))

@@ -129,8 +129,8 @@ def bands(
                 yield Band(label, spans, tuple(states))
 
 
-def legible(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
-    """The spans of a band; those that are too short to be told apart are one."""
+def merge_short_spans(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
+    """The spans of a band; adjacent ones that are too short to be told apart are merged."""
     shortest = length_s / _FINEST
     for is_short, group in groupby(band.spans, lambda span: span[1] - span[0] < shortest):
         spans = list(group)
@@ -250,7 +250,7 @@ def _draw_bands(axes: Any, bands: Sequence[Band], length_s: float) -> None:
         # The initial state is grey.
         states = zip(band.states, (_FIRST, *_COLOURS * len(band.states)), strict=False)
         colour_of = {MANY: "#999999", **dict(states)}
-        shown = list(legible(band, length_s))
+        shown = list(merge_short_spans(band, length_s))
         spans = [(begin_s, end_s - begin_s) for begin_s, end_s, _ in shown]
         colours = [colour_of[state] for *_, state in shown]
         axes.broken_barh(spans, (row - 0.42, 0.84), facecolors=colours, edgecolor="white", lw=0.3)
@@ -265,7 +265,12 @@ def _name_states(axes: Any, bands: Sequence[Band], length_s: float) -> None:
     box = axes.get_window_extent()
     points_per_s = box.width / axes.figure.dpi * _POINTS_PER_IN / length_s
     widths: dict[str, float] = {}
-    every = ((row, *s) for row, b in enumerate(bands) for s in legible(b, length_s) if s[2] != MANY)
+    every = (
+        (row, *s)
+        for row, b in enumerate(bands)
+        for s in merge_short_spans(b, length_s)
+        if s[2] != MANY
+    )
     longest = nlargest(MOST_NAMES, every, lambda span: span[2] - span[1])
     for row, begin_s, end_s, state in sorted(longest):
         name = _clean(state, _LONGEST_NAME)
@@ -311,7 +316,9 @@ def _draw_curve(axes: Any, curve: Curve, colour: str, dash: Any) -> None:
 def _mark(every: Sequence[Any], sheet: Sheet) -> None:
     """Lines through all panels: transitions, faults, violated requirements."""
     length_s = sheet.end_s - sheet.begin_s
-    changes_s = {s[0] for band in sheet.bands for s in legible(band, length_s)} - {sheet.begin_s}
+    changes_s = {s[0] for band in sheet.bands for s in merge_short_spans(band, length_s)} - {
+        sheet.begin_s
+    }
     if sheet.panels and len(changes_s) <= _MOST_CHANGES:
         for time_s, axes in product(sorted(changes_s), every[bool(sheet.bands) :]):
             axes.axvline(time_s, color="#888888", linewidth=0.4, alpha=0.7)
@@ -326,8 +333,8 @@ def _mark(every: Sequence[Any], sheet: Sheet) -> None:
 # The numbers as CSV.
 
 
-def timeline(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
-    """The spans in which machines were in their states."""
+def states_as_csv(runs: Sequence[tuple[str, Sequence[Band]]]) -> str:
+    """The spans in which machines were in their states, as CSV."""
     rows = (
         [name, f"{begin_s:.9g}", f"{end_s:.9g}", band.label, state]
         for name, bands in runs

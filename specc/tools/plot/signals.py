@@ -95,8 +95,8 @@ def resolve_signal(system: System, name: str) -> Subsystem | Signal:
         raise NoSignal(_unknown(system, name, list(known)))
     at = max(begins, key=len)
     element, steps = known[at], _steps(at, name[len(at) :])
-    type_ = _inside(at, element.type, steps)
-    components = _components(name, type_)
+    type_ = _part_type(at, element.type, steps)
+    components = _lines_of_type(name, type_)
 
     def numbers(data: Any) -> Floats:
         value = _part(value_of(element.type, data), steps)
@@ -164,7 +164,7 @@ def _steps(at: str, rest: str) -> tuple[str | int, ...]:
     return tuple(steps)
 
 
-def _inside(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
+def _part_type(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
     """The type of a part. Raises NoSignal where there is none."""
     for step in steps:
         inner = _present(type_)
@@ -190,7 +190,7 @@ def _part(value: Any, steps: Sequence[str | int]) -> Any:
     return value
 
 
-def _components(name: str, type_: Type) -> tuple[PlottedLine, ...]:
+def _lines_of_type(name: str, type_: Type) -> tuple[PlottedLine, ...]:
     """The lines of a type. Raises NoSignal where it has none, or too many."""
     type_ = _present(type_)
     parts, row = type_.components, kind(type_)
@@ -198,7 +198,7 @@ def _components(name: str, type_: Type) -> tuple[PlottedLine, ...]:
         raise NoSignal(f"{name} has {len(parts)} elements, too many to tell apart; name {name}[0]")
     if parts:
         names = type_.names if type_.frames else tuple(f"[{i}]" for i in range(len(parts)))
-        found = (_components(name, part)[0] for part in parts)
+        found = (_lines_of_type(name, part)[0] for part in parts)
         return tuple(PlottedLine(n, c.unit, c.words) for n, c in zip(names, found, strict=True))
     if isinstance(type_, Pose):
         turned = [PlottedLine(f"r{n}", _unit(RADIAN)) for n in VECTOR3_COMPONENTS]

@@ -38,10 +38,11 @@ class Channel:
     actuators: tuple[Actuator, ...]
 
 
-def channels(actuators: Iterable[Actuator], facts: ModelFacts) -> list[Channel]:
-    """The channels of a group, in the order of the model.
+def channels_of(actuators: Iterable[Actuator], facts: ModelFacts) -> list[Channel]:
+    """Groups actuators into channels, in the order of the model.
 
-    A channel has a joint once: of several actuators of one kind on a joint, each is in another one.
+    A channel never has two single-joint actuators of the same joint; the second one starts another
+    channel.
     """
     found: list[tuple[tuple[str, str, str], list[Actuator]]] = []
     for actuator in actuators:
@@ -111,7 +112,7 @@ class Effector:
         self._starts: dict[str, str] = {}
         self._letters: Counter[str] = Counter()
         self._facts, self._names, self._tolerances = facts, names, tolerances
-        found = channels(group.actuators, facts)
+        found = channels_of(group.actuators, facts)
         writers = {
             "position": self._position,
             "velocity": self._velocity,
@@ -140,7 +141,7 @@ class Effector:
 
     # Names, types and constants.
 
-    def _letter(self, wish: str) -> str:
+    def _new_element_name(self, wish: str) -> str:
         """The name of a new element."""
         self._letters[wish] += 1
         count = self._letters[wish]
@@ -169,7 +170,7 @@ class Effector:
             joints = [j for index in order if (j := self._facts.joints[index]).unit == unit]
             if not joints:
                 continue
-            name = self._letter(letter)
+            name = self._new_element_name(letter)
             self._measured[unit] = name, joints
             self.reports[name] = self._type(len(joints), unit, word)
             self.bind[name] = {"joints": [joint.name for joint in joints]}
@@ -208,9 +209,11 @@ class Effector:
         if len(self._actuators) == 1:
             return f"min(max({expression}, {low}), {high})"
         signature = f"(u: {type_}, least: {type_}, greatest: {type_}) -> {type_}"
-        return f"{self._operator('limit', signature, 'within')}({expression}, {low}, {high})"
+        return (
+            f"{self._declare_operator('limit', signature, 'within')}({expression}, {low}, {high})"
+        )
 
-    def _operator(self, name: str, signature: str, function: str) -> str:
+    def _declare_operator(self, name: str, signature: str, function: str) -> str:
         full = self._names.new(f"{name}_{self._prefix}")
         self.operators[full] = {"signature": signature, "python": f"{_OPERATORS}:{function}"}
         return full
@@ -253,7 +256,7 @@ class Effector:
     def _velocity(self) -> None:
         name, type_, start = self._measured_joints()
         unit = self._channel.command
-        letter = self._letter("w" if self._channel.unit == "rad" else "v")
+        letter = self._new_element_name("w" if self._channel.unit == "rad" else "v")
         rest = self._rest("rest", unit, "speeds that carry the weight")
         gain = self._actuators[0].gain
         rate = self._constant("rate", [gain], "1/s", "speed by distance: a guess")
@@ -266,7 +269,7 @@ class Effector:
     def _force(self) -> None:
         name, type_, start = self._measured_joints()
         unit, force = self._channel.unit, self._channel.command
-        letter = self._letter({"N*m": "tau", "N": "F"}.get(force, "u"))
+        letter = self._new_element_name({"N*m": "tau", "N": "F"}.get(force, "u"))
         weight = self._rest("weight", force, "carries the weight at the start")
         sent = self._command(letter, force, "efforts", weight)
         scaled = [(a, a.joints[0][1]) for a in self._actuators]
@@ -279,7 +282,7 @@ class Effector:
         if len(self._actuators) > 1:
             vectors = type_, *self._vectors(_SPEED[unit], by, by_speed)
             signature = "(e: {}, v: {}, K: {}, D: {}) -> ".format(*vectors) + sent
-            drive = self._operator("drive", signature, "regulated")
+            drive = self._declare_operator("drive", signature, "regulated")
             effort = f"{weight} + {drive}({error}, {speed}, {K}, {D})"
         self.let[f"{letter}_d"] = effort
         self._accept(f"{name}_d", type_, start)
@@ -294,7 +297,7 @@ class Effector:
     def _wheel(self) -> None:
         unit = self._channel.unit
         name, speed_unit, size = self._measured[unit][0], _SPEED[unit], len(self._actuators)
-        letter = self._letter("w")
+        letter = self._new_element_name("w")
         speeds = self._type(size, speed_unit, "speeds")
         stop = self._constant("stop", [0.0] * size, speed_unit)
         self._accept(f"{letter}_d", speeds, stop)
@@ -304,7 +307,7 @@ class Effector:
             self._move[f"y.E.{letter}_d"] = limited
             return
         force = self._channel.command.replace("u", "")
-        effort = self._letter("tau" if force else "u")
+        effort = self._new_element_name("tau" if force else "u")
         sent = self._command(effort, force, "efforts", vector([0.0] * size, force))
         dampings = [a.damping * a.joints[0][1] for a in self._actuators]
         by = _per(force, unit, "s")
@@ -315,7 +318,7 @@ class Effector:
         else:  # as of wheels on both sides, of which one is geared backwards
             D = self._constant("damping", dampings, by)
             signature = f"(v: {speeds}, by: {self._vectors(by)[0]}) -> {sent}"
-            drive = self._operator("drive", signature, "scaled")
+            drive = self._declare_operator("drive", signature, "scaled")
             self.let[f"{effort}_d"] = f"{drive}({error}, {D})"
         self._move[f"y.E.{effort}"] = self._limited(f"{effort}_d", sent, force)
         remark = (
@@ -326,7 +329,7 @@ class Effector:
 
     def _other(self) -> None:
         """In the scale of the model: what is sent to hold the pose is a constant."""
-        letter = self._letter("u")
+        letter = self._new_element_name("u")
         rest = self._rest("rest", "", "controls that hold the start")
         sent = self._command(letter, "", "controls", rest)
         self._accept(f"{letter}_d", sent, rest)

@@ -60,7 +60,7 @@ def actuator_groups(
     `wanted` are the names of groups -> texts of `--group`.
 
     Raises:
-        NoGroup: a group names what there is not, or what another one has.
+        NoGroup: a group names something that does not exist or belongs to another group.
     """
     free = {a.name: a for a in facts.actuators if a.name not in set(in_use)}
     known = {a.name for a in facts.actuators} | {j.name for j in facts.joints}

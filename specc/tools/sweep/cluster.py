@@ -25,7 +25,7 @@ _COMPARED_PACKAGES = ("specc", "numpy", "mujoco", "pin", "opencv-python-headless
 
 
 def versions() -> dict[str, str]:
-    """Those of Python and of the packages here that decide what comes of a run."""
+    """The versions of Python and of the installed packages that influence results."""
     found = {"Python": f"{sys.version_info.major}.{sys.version_info.minor}"}
     for package in _COMPARED_PACKAGES:
         with suppress(PackageNotFoundError):

@@ -62,14 +62,17 @@ def rate(hits: int, count: int) -> Estimate:
 def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
-    rank, value = _rank_of_bound(count), float(statistics.median(ordered))
+    rank, value = _lower_rank(count), float(statistics.median(ordered))
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank else (None, None)
     return Estimate(count, value, low, high)
 
 
 @cache
-def _rank_of_bound(count: int) -> int:
-    """Of so many numbers, those that lie outside the interval on either side, and one more."""
+def _lower_rank(count: int) -> int:
+    """The 1-based rank of the order statistic that bounds the 95 % interval of the median.
+
+    0 if `count` numbers are too few.
+    """
     rank, tail = 0, 0.0
     while True:  # the binomial distribution at 1/2, in logarithms: its terms are tiny
         ways = lgamma(count + 1) - lgamma(rank + 1) - lgamma(count - rank + 1)
@@ -148,8 +151,8 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
     return sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
 
 
-def rarely_tested(rows: Sequence[Row]) -> Iterator[str]:
-    """Of each requirement that was not asked in every run, in how many it was, and was met."""
+def rarely_triggered(rows: Sequence[Row]) -> Iterator[str]:
+    """For each requirement that was not triggered in every run: in how many it was, and was met."""
     for column in columns_of(rows):
         tested = [row[column] for row in rows if row.get(column) is not None]
         if column.startswith(PREMISE) and not all(tested):
@@ -177,7 +180,7 @@ MOST = 50
 
 
 def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path]:
-    """Draw what differs between the cells, `MOST` columns of it, each as PNG and SVG; the files.
+    """Draw at most `MOST` columns, each as PNG and SVG; returns the files.
 
     Over one constant a line with its intervals, over two a heat map; over none or more nothing.
 
@@ -188,7 +191,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     if len(names) not in (1, 2) or len(cells) < 2:
         return []
     files: list[Path] = []
-    for column in islice(differing(cells), MOST):
+    for column in islice(columns_to_plot(cells), MOST):
         with figure(5.2, 3.4) as made:
             (_line if len(names) == 1 else _map)(made.subplots(), cells, names, column)
             folder.mkdir(exist_ok=True)
@@ -202,8 +205,11 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     return files
 
 
-def differing(cells: Sequence[Cell]) -> Iterator[str]:
-    """The columns whose estimates differ."""
+def columns_to_plot(cells: Sequence[Cell]) -> Iterator[str]:
+    """`success`, and every other column whose estimates differ between settings.
+
+    The steps of states are left out.
+    """
     values = grouped((column, e.value) for cell in cells for column, e in cell.estimates.items())
     for column, found in values.items():
         if column == "success" or (len(set(found)) > 1 and not column.startswith(STEPS)):

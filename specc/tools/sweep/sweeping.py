@@ -168,6 +168,7 @@ def _outcomes(
 
 
 def _outcome(future: Future[Figures]) -> Figures | None:
+    """The figures of a run; None if the worker was killed."""
     try:
         return future.result()
     except (CancelledError, Closed):

@@ -69,7 +69,7 @@ class Axis:
             return f"parameter {self.name}"
         return f"constant {self.name}" if self.name in OWN else self.name
 
-    def shown(self, value: str) -> float | str:
+    def cell_value(self, value: str) -> float | str:
         """A value below the title: a number, if all are."""
         number = quantity(value) if self.unit is not None else None
         return float(number[0]) if number is not None else value

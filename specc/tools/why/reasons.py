@@ -77,7 +77,7 @@ class Reasons:
             yield f"{expr.name}, which is {_text(value)}: {self._value_or_reason(expr)}"
             yield from _indented(self._why(value, wanted, depth + 1))
         elif isinstance(expr, m.Quantifier):
-            yield from self._items(expr, wanted, depth)
+            yield from self._quantifier_reasons(expr, wanted, depth)
         elif not isinstance(expr, m.Truth):
             try:
                 yield self._atom(expr, self._value_of(expr) is wanted, wanted)
@@ -181,8 +181,11 @@ class Reasons:
         is_ = "is" if is_met is wanted else "is not"
         return f"{first} {is_} near {second}: {'; '.join(distances)}{need}"
 
-    def _items(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
-        """Of how many items it is true; and why one that decides is not as it is wanted."""
+    def _quantifier_reasons(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
+        """Says for how many items the body is true.
+
+        Explains one item that prevents the wanted result.
+        """
         text = f"{_text(expr.body)} for {expr.variable} in {_text(expr.over)}"
         try:
             items = self._moment.value(expr.over, **self._bound)
@@ -191,20 +194,24 @@ class Reasons:
         except NotKnown as why:
             yield f"{text}: not known: {why}"
             return
-        of = [i for i, holds in enumerate(truths) if holds]
-        numbers = ", ".join(map(str, of[:_MOST_ITEMS])) + (", ..." if of[_MOST_ITEMS:] else "")
-        words = f"true of {len(of)} of {len(items)}, number {numbers}"
-        if len(of) in (0, len(items)):
-            words = f"true of all {len(of)}" if of else f"true of none of {len(items)}"
-        is_met = (all(truths) if expr.kind == "all" else any(truths)) is wanted
+        true_items = [i for i, holds in enumerate(truths) if holds]
+        numbers = ", ".join(map(str, true_items[:_MOST_ITEMS])) + (
+            ", ..." if true_items[_MOST_ITEMS:] else ""
+        )
+        words = f"true of {len(true_items)} of {len(items)}, number {numbers}"
+        if len(true_items) in (0, len(items)):
+            words = (
+                f"true of all {len(true_items)}" if true_items else f"true of none of {len(items)}"
+            )
+        is_as_wanted = (all(truths) if expr.kind == "all" else any(truths)) is wanted
         every = "every one" if expr.kind == "all" else "one"
-        needs = "" if is_met else f", needs {every if wanted else f'not {every}'}"
+        needs = "" if is_as_wanted else f", needs {every if wanted else f'not {every}'}"
         yield f"{text}: {words}{needs}"
-        against = [i for i, holds in enumerate(truths) if holds is not wanted]
+        unwanted_items = [i for i, holds in enumerate(truths) if holds is not wanted]
         is_decisive = len(items) == 1 or (expr.kind == "all") is wanted
-        if against and is_decisive and not is_met:
-            bound, self._bound = self._bound, each[against[0]]
-            yield f"  as for number {against[0]}:"
+        if unwanted_items and is_decisive and not is_as_wanted:
+            bound, self._bound = self._bound, each[unwanted_items[0]]
+            yield f"  as for number {unwanted_items[0]}:"
             yield from _indented(_indented(self._why(expr.body, wanted, depth + 1)))
             self._bound = bound
 

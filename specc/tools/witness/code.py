@@ -29,7 +29,7 @@ from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
 from specc.search import OperatorAnswer
-from specc.tools.witness.subject import OPERATORS, isolated
+from specc.tools.witness.subject import OPERATORS, isolated_subsystem
 
 # What a script does, period by period. Values go by the names that the specification has for them:
 # `x.peer.element`, or that of memory.
@@ -40,7 +40,7 @@ ScriptValues = Mapping[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Periods:
-    """One period, or several ones that are is_close.
+    """One period, or several that are alike.
 
     Attributes:
         arrives: elements that come in this period, with their values.
@@ -119,7 +119,7 @@ class SubsystemCode:
 
     def __init__(self, system: System, subsystem: str, scratch: Path) -> None:
         """`subsystem` is a qualified name; code is generated into the directory `scratch`."""
-        self.system = isolated(system, subsystem)
+        self.system = isolated_subsystem(system, subsystem)
         (self.subsystem,) = self.system.subsystems
         self.answers: Sequence[OperatorAnswer] = ()
         self._package = scratch / f"witness_of_{system.name}"
@@ -137,10 +137,10 @@ class SubsystemCode:
     def begin(self, answers: Sequence[OperatorAnswer]) -> Run:
         """A run from the first period on, in which operators give these answers."""
         self.answers = answers
-        return Run(self, Stepper(self._class(dict(self.system.files))))
+        return Run(self, Stepper(self._subsystem_class(dict(self.system.files))))
 
     @cached_property
-    def _class(self) -> Any:
+    def _subsystem_class(self) -> Any:
         self._package.mkdir(parents=True, exist_ok=True)
         # Without proofs the code checks all rows while it runs.
         for name, text in fill_templates(lower(self.system, None, stand_ins=True)).items():
@@ -207,7 +207,7 @@ class Run:
             SkipTest: there is no such element any more.
             Exception: what the generated code raises.
         """
-        arrives, there = (self._fed(values) for values in (step.arrives, step.stale))
+        arrives, there = (self._input_values(values) for values in (step.arrives, step.stale))
         absent = [_look_up(name, self._code.elements)[0] for name in step.absent]
         self._stepper.feed(arrives, there, absent)
         return self._stepper.step()
@@ -234,7 +234,7 @@ class Run:
             return next((name for name in attributes if attributes[name] == error.name), None)
         return None
 
-    def _fed(self, values: ScriptValues) -> dict[str, Any]:
+    def _input_values(self, values: ScriptValues) -> dict[str, Any]:
         found = ((_look_up(name, self._code.elements), value) for name, value in values.items())
         return {attribute: to_runtime(value, type_) for (attribute, type_), value in found}
 

@@ -133,7 +133,7 @@ class Inputs:
         both = replace(at, present=present, fresh=at.fresh | (present - at.present))
         return both if self._meaning.satisfies(goals, both) else replace(at, present=present)
 
-    def later(self, at: Situation) -> Situation:
+    def next_period(self, at: Situation) -> Situation:
         """The situation one period later, when what is sent in every period has come."""
         present = self._arrivals.close(at.present | self._arrivals.later) - self._never
         return replace(at, present=present, fresh=frozenset())
@@ -279,7 +279,7 @@ class Driver:
         return waited, self.find_situation(waited.at, goals, driven.state)
 
     def _wait_for_memory(self, driven: Driven, goals: Sequence[Goal]) -> tuple[Driven, Situation]:
-        """The same where changing memory has to reach some value first."""
+        """Like `reach`, but waits period by period until memory has reached the required values."""
         if not self._rests.all(c for c, _ in goals).memory & self.meaning.changing:
             raise NoRunError(f"no inputs were found that end {driven.state} as required")
         for _ in range(MOST_COUNTED):
@@ -323,7 +323,7 @@ class Driver:
         reached = replay(self._code, steps, seen.answers)
         if reached.row != row:
             raise NoRunError("another row is taken")
-        later = self.inputs.later(seen)
+        later = self.inputs.next_period(seen)
         at = replace(later, memory=reached.run.memory, periods=reached.periods + 1)
         return Driven(steps, seen, reached.run.state, at)
 
@@ -357,7 +357,9 @@ class Driver:
             found = sooner
         return self.inputs.with_simultaneous(found, goals)
 
-    def find_anywhere(self, at: Situation, goals: Sequence[Goal], state: str) -> Situation:
+    def find_situation_anywhere(
+        self, at: Situation, goals: Sequence[Goal], state: str
+    ) -> Situation:
         """A situation of a state that meets the goals, whatever may lead to it.
 
         Raises:
@@ -425,7 +427,7 @@ class Planner:
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
     def attempts(self) -> Iterator[Attempt]:
-        """What may give a script, or raise NoRunError."""
+        """Yields attempts; each returns a script or raises NoRunError."""
         if self._refutation.absent is None:
             for goals in self._goals():
                 yield from self._row_attempts(goals)
@@ -443,44 +445,54 @@ class Planner:
         return refutation_goals(self._subsystem, about.state, about.cause, holding, about.goals)
 
     def _row_attempts(self, goals: Sequence[Goal]) -> Iterator[Attempt]:
-        """By inputs; by such as have from the start the values needed in the end; set directly."""
+        """Yields attempts.
+
+        They work with inputs alone, with inputs that have the final values from the start, or with
+        state set directly.
+        """
         for driven in self._runs(None, self._paths):
-            yield partial(self._reached, driven, goals)
+            yield partial(self._script_by_inputs, driven, goals)
         runs: list[Driven] = []
         if wanted := self._unreached_situation(goals):
             for driven in self._runs(wanted, self._paths):
                 runs.append(driven)
-                yield partial(self._reached, driven, goals)
+                yield partial(self._script_by_inputs, driven, goals)
         for driven in runs:  # with memory, time and old inputs set directly
-            yield partial(self._set, driven, driven.at, goals, None)
-        yield partial(self._put, goals)
+            yield partial(self._script_with_placed_state, driven, driven.at, goals, None)
+        yield partial(self._script_from_placed_state, goals)
 
     def _absence_attempts(self, wanted: Situation | None) -> Iterator[Attempt]:
-        """The input is read in the first period, in an assumption, a condition, or on entry."""
+        """Yields attempts at reading the absent input.
+
+        It is read in the first period (E0703, E0701), in an assumption (E0704), in a condition
+        (E0702), or when a state is entered (E0701).
+        """
         code, state = self._refutation.code, self._refutation.state
         if code == "E0703" or (code == "E0701" and state == self._subsystem.initial_state):
             yield partial(self._driver.with_missing_inputs, partial(self._at_first, wanted))
         elif code == "E0704":
-            yield from self._reading(wanted, (), [[]])
+            yield from self._attempts_to_read(wanted, (), [[]])
         for path in self._paths:
             if code == "E0702":
-                yield from self._reading(wanted, path, self._endings(state))
+                yield from self._attempts_to_read(wanted, path, self._end_goals(state))
             elif code == "E0701" and path:
-                yield from self._reading(wanted, path[:-1], [self._driver.row_goals(path[-1])])
+                yield from self._attempts_to_read(
+                    wanted, path[:-1], [self._driver.row_goals(path[-1])]
+                )
 
-    def _reading(
+    def _attempts_to_read(
         self, wanted: Situation | None, path: TransitionPath, ends: Sequence[list[Goal]]
     ) -> Iterator[Attempt]:
-        """Last steps in which different inputs come."""
+        """Yields attempts whose last steps differ in the inputs that come."""
         others = sorted(self._driver.inputs.names - {self._refutation.absent})
         every = [(freshness(name), True) for name in others]
         for driven in self._runs(wanted, [path]):
             for goals in ends:
                 for coming in ([], every, *([one] for one in every)):
-                    yield partial(self._reached, driven, [*goals, *coming])
+                    yield partial(self._script_by_inputs, driven, [*goals, *coming])
 
-    def _endings(self, state: str) -> list[list[Goal]]:
-        """Goals with which all conditions are asked: without them, an early one may end it."""
+    def _end_goals(self, state: str) -> list[list[Goal]]:
+        """Goals under which all conditions are evaluated: an early one may end the state before."""
         behaviour = self._subsystem.state(state).behaviour
         going = (behaviour.error.when, False)
         ends: list[list[Goal]] = [[], [going], [going, (behaviour.terminal.when, True)]]
@@ -505,7 +517,7 @@ class Planner:
     def _unreached_situation(self, goals: Sequence[Goal]) -> Situation | None:
         """A situation that meets the goals, whatever leads to it."""
         try:
-            return self._driver.find_anywhere(
+            return self._driver.find_situation_anywhere(
                 self._driver.first().at, goals, self._refutation.state
             )
         except NoRunError:
@@ -517,26 +529,29 @@ class Planner:
         at = self._driver.start(wanted, more)
         return self._checked(Script((), None, self._driver.first_step(at), at.answers))
 
-    def _reached(self, driven: Driven, goals: Sequence[Goal]) -> Script:
-        """By inputs alone."""
+    def _script_by_inputs(self, driven: Driven, goals: Sequence[Goal]) -> Script:
+        """The script in which inputs alone lead to the goals."""
 
-        def last(more: list[Goal]) -> Script:
+        def script_with(more: list[Goal]) -> Script:
+            """The script whose last step also meets the goals `more`."""
             reached, seen = self._driver.reach(driven, [*goals, *more])
             step = step_between(reached.last, seen)
             return self._checked(Script(reached.steps, None, step, seen.answers))
 
-        return self._driver.with_missing_inputs(last)
+        return self._driver.with_missing_inputs(script_with)
 
-    def _put(self, goals: Sequence[Goal]) -> Script:
-        """With the state itself set directly after the first period."""
+    def _script_from_placed_state(self, goals: Sequence[Goal]) -> Script:
+        """The script in which the state itself is set directly after the first period."""
         driven = self._driver.first()
-        return self._set(driven, replace(driven.at, periods=1), goals, self._refutation.state)
+        return self._script_with_placed_state(
+            driven, replace(driven.at, periods=1), goals, self._refutation.state
+        )
 
-    def _set(
+    def _script_with_placed_state(
         self, driven: Driven, at: Situation, goals: Sequence[Goal], state: str | None
     ) -> Script:
-        def last(more: list[Goal]) -> Script:
-            seen = self._driver.find_anywhere(at, [*goals, *more], self._refutation.state)
+        def script_with(more: list[Goal]) -> Script:
+            seen = self._driver.find_situation_anywhere(at, [*goals, *more], self._refutation.state)
             before = replay(self._code, driven.steps, seen.answers).run.memory
             memory = {n: v for n, v in seen.memory.items() if repr(v) != repr(before.get(n))}
             periods = None if state is None and seen.periods == at.periods else seen.periods
@@ -544,7 +559,7 @@ class Planner:
             placed = Placed(state, memory, periods)
             return self._checked(Script(driven.steps, placed, step, seen.answers))
 
-        return self._driver.with_missing_inputs(last)
+        return self._driver.with_missing_inputs(script_with)
 
     def _checked(self, script: Script) -> Script:
         """The script, which fails as the refutation says.

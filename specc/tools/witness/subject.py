@@ -24,7 +24,7 @@ OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
 
 
-def isolated(system: System, name: str) -> System:
+def isolated_subsystem(system: System, name: str) -> System:
     """One subsystem of a system, by its qualified name, with all operators in one module.
 
     What has errors in its text is left out: a condition holds where it surely does, an assignment
@@ -53,12 +53,12 @@ def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
     unknowns = [item.init for item in subsystem.memory if has_unknown(item.init)]
     unknowns += [let.value for let in subsystem.lets if has_unknown(let.value)]
     for value in unknowns:
-        call = _with_stand_in(value)
+        call = _replace_unknown(value)
         assert isinstance(call, Call)  # there is something unknown in it
         yield Operator(call.operator, (), value.type, "", "", Trace(), subsystem.place)
 
 
-def _with_stand_in(expr: Expr) -> Expr:
+def _replace_unknown(expr: Expr) -> Expr:
     """The expression, or a call of an operator of which nothing is known."""
     unknown = next((node for node in walk(expr) if isinstance(node, Unknown)), None)
     if unknown is None:
@@ -75,9 +75,9 @@ def _without_errors(subsystem: Subsystem) -> Subsystem:
     rows = (replace(r, condition=_legible_condition(r.condition)) for r in subsystem.transitions)
     return replace(
         subsystem,
-        memory=tuple(replace(item, init=_with_stand_in(item.init)) for item in subsystem.memory),
+        memory=tuple(replace(item, init=_replace_unknown(item.init)) for item in subsystem.memory),
         lets=tuple(
-            replace(let, value=runnable(_with_stand_in(let.value))) for let in subsystem.lets
+            replace(let, value=runnable(_replace_unknown(let.value))) for let in subsystem.lets
         ),
         behaviours=tuple(behaviours.values()),
         states=states,
@@ -137,12 +137,12 @@ class Refutation:
 def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
     for decided in facts.row_verdicts:
-        yield from _of_rows(decided)
+        yield from _row_refutations(decided)
     for machine in facts.consistent_machines:
-        yield from _of_absence(machine)
+        yield from _absence_refutations(machine)
 
 
-def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
+def _row_refutations(decided: RowVerdictAt) -> Iterator[Refutation]:
     """E0601, E0602, E0603."""
     verdict, state, cause = decided.verdict, decided.state, decided.cause
     gap, overlap = verdict.decision.gap, verdict.decision.overlap
@@ -159,7 +159,7 @@ def _of_rows(decided: RowVerdictAt) -> Iterator[Refutation]:
         yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
 
 
-def _of_absence(machine: Machine) -> Iterator[Refutation]:
+def _absence_refutations(machine: Machine) -> Iterator[Refutation]:
     """E0701 to E0704, once for each input and state."""
     reported = set()
     subsystem = machine.subsystem

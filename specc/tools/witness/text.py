@@ -139,7 +139,7 @@ class ForeignFileError(Exception):
     """There is a file that was not written of this specification; the message names it."""
 
 
-def put(path: Path, text: str) -> None:
+def write_scenario(path: Path, text: str) -> None:
     """Write the text of a scenario, whole or not at all.
 
     Raises:

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator
 from specc.model import expr as m
 from specc.model.fsm import Function
 from specc.model.system import Subsystem, System
-from specc.tools.graph import Diagram, as_dot
+from specc.tools.graph import Diagram
+from specc.tools.graph.dot import as_dot
 from specc.tools.graph.machine import flow, states
 from specc.tools.graph.structure import frames, inside, structure
 
@@ -79,7 +80,7 @@ def _read(subsystem: Subsystem, function: Function) -> set[str]:
 
 
 def _nodes(diagram: Diagram) -> list[str]:
-    return [name for node in diagram.every_node for name in node.covers]
+    return [name for node in diagram.all_nodes for name in node.covers]
 
 
 def _arcs(diagram: Diagram) -> list[str]:
@@ -92,7 +93,7 @@ def _are(drawn: Iterable[str], wanted: Iterable[str]) -> None:
 
 def _is_sound(diagram: Diagram) -> None:
     """Arcs end at nodes, nodes have names of their own, and the text is told by the diagram."""
-    names = [node.id for node in diagram.every_node]
+    names = [node.id for node in diagram.all_nodes]
     assert len(set(names)) == len(names)
     ends = {end for arc in diagram.arcs for end in (arc.tail, arc.head)}
     assert ends <= set(names)

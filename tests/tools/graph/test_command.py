@@ -11,9 +11,9 @@ from zlib import crc32
 
 import pytest
 
-from specc.cli.files import with_signature
 from specc.pipeline import read_spec
-from specc.tools.graph import NoPicture, PictureKind, drawing, picture
+from specc.tools.graph import FORMATS, NoPicture, PictureKind, drawing, picture
+from specc.tools.graph.formats import mark_of
 from tests.commands import ROOT, specc
 
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
@@ -28,7 +28,7 @@ def test_a_place_has_its_usual_picture(place: str, kind: str) -> None:
     assert SYSTEM is not None
     found, diagram = picture(SYSTEM, place, None)
     assert found == kind
-    assert any(diagram.every_node)
+    assert any(diagram.all_nodes)
 
 
 @pytest.mark.parametrize(
@@ -109,16 +109,20 @@ def test_a_drawing() -> None:
     assert drawing.render(text, "png").startswith(b"\x89PNG")
 
 
+def _signed(picture: bytes, form: str) -> bytes:
+    return FORMATS[form].signature.sign(picture, mark_of("graph"))
+
+
 def test_a_signed_picture_is_still_one() -> None:
     text = specc("graph", FLAGSHIP, "irp.k", "--format", "dot").stdout
-    ElementTree.fromstring(with_signature(drawing.render(text, "svg"), "svg", "graph"))
+    ElementTree.fromstring(_signed(drawing.render(text, "svg"), "svg"))
     drawn = drawing.render(text, "png")
-    png = with_signature(drawn, "png", "graph")
+    png = _signed(drawn, "png")
     (size,) = unpack(">I", png[33:37])
     chunk, (check,) = png[37 : 41 + size], unpack(">I", png[41 + size : 45 + size])
     assert chunk == b"tEXtSoftware\0specc graph" and check == crc32(chunk)
     assert png[:33] + png[45 + size :] == drawn
-    assert drawing.render(with_signature(text.encode(), "dot", "graph").decode(), "svg")
+    assert drawing.render(_signed(text.encode(), "dot").decode(), "svg")
 
 
 def test_what_is_known_of_a_wrong_specification_is_drawn() -> None:

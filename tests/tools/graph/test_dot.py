@@ -7,7 +7,6 @@ from pathlib import Path
 import pygraphviz
 import pytest
 
-from specc.tools.graph import as_dot
 from specc.tools.graph.diagram import (
     Arc,
     Box,
@@ -19,6 +18,7 @@ from specc.tools.graph.diagram import (
     line,
     wrap_lines,
 )
+from specc.tools.graph.dot import as_dot
 from specc.tools.graph.drawing import NotDrawn, render
 from tests.commands import specc
 

@@ -20,7 +20,7 @@ BROKEN = [
 def told(project: Project, path: str, text: str) -> set[tuple[str, str]]:
     """Codes, each with the text at its place."""
     project.put(path, text)
-    for root in project.roots(path):
+    for root in project.find_roots(path):
         project.analyse(root)
     notes = features.notes(project)[path]
     return {(n.diagnostic.code, text[n.range.start : n.range.end]) for n in notes}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.lsp import features
-from specc.tools.lsp.cursor import TextCursor, cursors, outline
+from specc.tools.lsp.cursor import TextCursor, cursors, enclosing_lines
 from specc.tools.lsp.project import Project
 from tests.seeds import every
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
@@ -145,7 +145,7 @@ def test_proposes_below_an_error_in_a_file_that_was_never_understood(
     before, after = SYSTEM.replace(old, new).replace(above, at).split("|")
     project = Project((str(tmp_path),))
     project.put(system, before + after)
-    for root in project.roots(system, search=True):
+    for root in project.find_roots(system, search=True):
         project.analyse(root)
     found = {c.label for c in features.completions(project, system, len(before))}
     assert set(there.split()) <= found
@@ -222,4 +222,4 @@ def test_finds_no_cursor_where_nothing_can_be_written(text: str) -> None:
     ],
 )
 def test_the_outline_of_a_line(head: str, expected: str) -> None:
-    assert outline(head) == expected
+    assert enclosing_lines(head) == expected

@@ -200,7 +200,7 @@ def test_a_file_that_was_never_understood_still_has_names(tmp_path: Path) -> Non
 def test_unsaved_texts_are_used_instead_of_the_disk(tmp_path: Path) -> None:
     project, system, library = opened(tmp_path)
     project.put(library, LIBRARY.replace("{tolerance: ", "{width: "))
-    assert project.roots(library) == [system]
+    assert project.find_roots(library) == [system]
     project.analyse(system)
     assert {n.diagnostic.code for n in features.notes(project)[system]} >= {"E0201"}
     project.close(library)

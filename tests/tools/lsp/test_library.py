@@ -41,7 +41,7 @@ agent:
 def found(path: Path, text: str) -> set[str]:
     project = Project((str(path.parent),))
     project.put(str(path), text)
-    for root in project.roots(str(path), search=True):
+    for root in project.find_roots(str(path), search=True):
         project.analyse(root)
     return {note.diagnostic.code for note in features.notes(project)[str(path)]}
 

@@ -183,7 +183,7 @@ def test_broken_texts_of_the_flagship_raise_nothing(seed: int, texts: int) -> No
         inserted = "".join(rng.choices(" \n:{}[]\"'x.#-", k=rng.randrange(6)))
         text = whole if number == 0 else whole[:start] + inserted + whole[end:]
         project.put(path, text)
-        for root in project.roots(path):
+        for root in project.find_roots(path):
             project.analyse(root)
         features.notes(project)
         for offset in (start, rng.randrange(len(text))):

@@ -67,7 +67,7 @@ def test_a_size_in_a_type_is_the_parameter(tmp_path: Path) -> None:
 
 def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path) -> None:
     project, path = opened(tmp_path)
-    for root in project.roots(path, search=True):
+    for root in project.find_roots(path, search=True):
         project.analyse(root)
     edits = features.rename_at(project, path, place(JOINTS, 'y: {E: {v: "vector[|n'), "joints")
     own = apply(JOINTS, [e for e in edits if e.path == path])

@@ -98,7 +98,7 @@ def opened(folder: Path) -> tuple[Project, str, str]:
     system, library = write(folder)
     project = Project((str(folder),))
     project.put(system, SYSTEM)
-    for root in project.roots(system, search=True):
+    for root in project.find_roots(system, search=True):
         project.analyse(root)
     return project, system, library
 
