@@ -15,9 +15,9 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
-    InDependenceOrder,
     IsNone,
     Lag,
+    LazyByDependence,
     LetRef,
     Logic,
     Number,
@@ -122,7 +122,7 @@ class ImpliedFacts(Generic[T]):
         """`lets` are in order of dependence."""
         self._of_atom = of_atom
         values = {let.name: let.value for let in lets}
-        self._of_lets = InDependenceOrder(
+        self._of_lets = LazyByDependence(
             values, lambda name: (self.of(values[name], False), self.of(values[name], True))
         )
 

@@ -26,7 +26,7 @@ def base_tick(periods_s: Iterable[Fraction]) -> Fraction:
 class TimelineClash:
     """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
 
-    odd: Subsystem
+    subsystem: Subsystem
     others: tuple[Subsystem, ...]
     ticks: Fraction
 

@@ -255,7 +255,7 @@ class ScalarRanges:
         """Ranges by the expressions that compute the number, or are literals."""
         self._budget -= 1
         if scalar in self._visiting or len(self._visiting) > _MOST_NESTED or self._budget < 0:
-            return {scalar: (self._in_memory(scalar),)}
+            return {scalar: (self._fallback_range(scalar),)}
         if self._is_tested(scalar):
             return {scalar: (ANY,)}
         self._visiting.add(scalar)
@@ -268,7 +268,7 @@ class ScalarRanges:
         self._visiting.remove(scalar)
         return found
 
-    def _in_memory(self, scalar: ScalarExpr) -> Range:
+    def _fallback_range(self, scalar: ScalarExpr) -> Range:
         """The bounds of memory, for a number that depends on itself."""
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
             return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)

@@ -23,7 +23,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.fsm import Assignment, Axiom, Condition
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import Constant, Element, Let, Memory, Subsystem, System
 from specc.proof import InputName
 from specc.reachable import reachable
@@ -98,7 +98,7 @@ def texts_of_system(system: System) -> Iterator[ExpressionText]:
     """The expressions of the constants and formulas of a system."""
     yield from map(text_of, system.constants)
     for item in system.formulas:
-        yield from (ExpressionText(part, item.place, "") for part in expressions(item.formula))
+        yield from (ExpressionText(part, item.place, "") for part in expressions_in(item.formula))
     for let in system.formula_lets:
         if let.value is not None:
             yield ExpressionText(let.value, let.place, "is")

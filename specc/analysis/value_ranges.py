@@ -242,7 +242,7 @@ class ValueRanges:
                     _among_literals(memory, self._possible_values(memory)),
                     self.bounds.of(memory),
                 )
-                ends = tuple(_ends(memory, within))
+                ends = tuple(_bound_conditions(memory, within))
                 self.invariants += (values,) if values else ends
                 if len(given[item.name]) == 1:
                     self.unwritten |= {item.name: values} if values else {}
@@ -276,7 +276,7 @@ class ValueRanges:
         return ()
 
 
-def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
+def _bound_conditions(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
     """The conditions that memory keeps within the finite ends of a range."""
     ends: tuple[tuple[Literal[">=", "<="], float], ...] = (">=", range_[0]), ("<=", range_[1])
     for op, end in ends:

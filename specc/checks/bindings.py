@@ -26,7 +26,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
 from specc.mjcf.model import ModelObject, ModelPart
 from specc.model.expr import Builtin, Expr, walk
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import PLANT, Binding
 from specc.model.types import Image, Pose
 from specc.model.units import Unit
@@ -505,7 +505,7 @@ def _directions(facts: Facts) -> Iterator[tuple[str, ExpressionText, Expr]]:
     """The quaternions that functions are given, with the subsystem and text that they stand in."""
     every = [(s.qualified_name, text) for s in facts.subsystems for text in texts(s)]
     for item in facts.system.formulas:
-        parts = expressions(item.formula)
+        parts = expressions_in(item.formula)
         every += [("", ExpressionText(part, item.place, "")) for part in parts]
     for subsystem, text in every:
         for node in walk(text.expr):

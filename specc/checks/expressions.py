@@ -12,7 +12,7 @@ from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import Constant, Let, Memory, OuterName
 from specc.source import Place
 
@@ -21,7 +21,7 @@ from specc.source import Place
 
 def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
     """E0334."""
-    for constant, why in facts.valueless:
+    for constant, why in facts.constants_without_value:
         message = f"`{show(constant.value)}` has no value: {why}"
         yield Diagnostic("E0334", message, constant.place, help="write another number")
 
@@ -68,7 +68,7 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
         item.place.within(*node.span)
         for item in facts.system.formulas
         if item.names and found
-        for part in expressions(item.formula)
+        for part in expressions_in(item.formula)
         for node in walk(part)
         if item.is_named(node)
     }

@@ -57,7 +57,7 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
         else:
             words, hint = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
         yield Diagnostic("E0516", words, draw.place, help=hint)
-    elif unit is not None and (given := draw.invalid_unit(unit)):
+    elif unit is not None and (given := draw.first_other_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
         yield Diagnostic("E0516", message, place, help=help)
@@ -101,14 +101,14 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for verb, deed in each.actions_on():
-                for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
+            for verb, action in each.actions_on():
+                for draw in action.numbers if verb.subject in ("coordinate", "distance") else ():
                     yield from _placed(draw, model, relative=verb.subject == "distance")
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
-                if known is not None and deed.name not in known and model.complete:
-                    message = f"the model has no {verb.subject} `{deed.name}`"
-                    help = suggest(deed.name, sorted(known))
-                    yield Diagnostic("E0502", message, deed.place, help=help)
+                if known is not None and action.name not in known and model.complete:
+                    message = f"the model has no {verb.subject} `{action.name}`"
+                    help = suggest(action.name, sorted(known))
+                    yield Diagnostic("E0502", message, action.place, help=help)
 
 
 # Devices that are silent, which only sporadic ones may be, and for no longer than they say.
@@ -119,8 +119,8 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for _, deed in each.actions_on("samples"):
-            silences[deed.name].append((each, deed.place))
+        for _, action in each.actions_on("samples"):
+            silences[action.name].append((each, action.place))
     for name, found in silences.items():
         if name in facts.reported:
             yield from _silent(name, found, facts.reported[name].binding, facts)

@@ -32,9 +32,9 @@ def rates_meet(facts: Facts) -> Iterator[Diagnostic]:
         ticks = f"10^{len(ticks) - 1}"
     yield Diagnostic(
         "E0409",
-        f"with {_rate(clash.odd)} the timeline repeats only after {ticks} ticks",
-        clash.odd.place.below("rate"),
-        _rated(clash.odd),
+        f"with {_rate(clash.subsystem)} the timeline repeats only after {ticks} ticks",
+        clash.subsystem.place.below("rate"),
+        _rated(clash.subsystem),
         tuple(related[:4]),
         f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
     )
@@ -246,7 +246,7 @@ def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     for node, element in _bounded(facts):
         oldest = facts.ages.oldest(node)
         first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
-        sources = facts.ages.sources.through_memory(first) if first else ()
+        sources = facts.ages.sources.stored_inputs(first) if first else ()
         memory = next((name for name, source in sources if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(

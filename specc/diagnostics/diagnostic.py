@@ -12,8 +12,8 @@ from specc.source import Place
 Severity = Literal["error", "warning", "open"]
 CommandName = Literal["build", "run"]
 
-_FOR_RUNS = frozenset(("O0501", "O0502"))
-_FOR_NOTHING = frozenset(("O0404", "O0503"))
+_BLOCKING_RUNS_ONLY = frozenset(("O0501", "O0502"))
+_NEVER_BLOCKING = frozenset(("O0404", "O0503"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ def blocks(code: str, command: CommandName) -> bool:
     """Whether a finding is about something that the command needs."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"
-    return code not in _FOR_NOTHING and (command == "run" or code not in _FOR_RUNS)
+    return code not in _NEVER_BLOCKING and (command == "run" or code not in _BLOCKING_RUNS_ONLY)
 
 
 class TooManyFaultsError(Exception):

@@ -43,7 +43,7 @@ def sole_correction(name: str, close: Sequence[str], long_enough: int = 4) -> st
     that is not long enough: there one letter is most of the meaning, as in q_d and q_c, S1 and S2.
     Numbers are no slips.
     """
-    slips = [other for other in close if _is_one_typo(name, other)]
+    slips = [other for other in close if _is_one_edit_apart(name, other)]
     if len(slips) != 1:
         return ""
     long = min(len(name), len(slips[0])) >= long_enough
@@ -59,10 +59,10 @@ def is_typo(name: str, known: Iterable[str]) -> bool:
     names = list(known)
     if len(name) > _LONGEST or not spend("names compared", len(names)):
         return False
-    return any(_is_one_letter_off(name, other) for other in names)
+    return any(_is_likely_typo(name, other) for other in names)
 
 
-def _is_one_letter_off(name: str, other: str) -> bool:
+def _is_likely_typo(name: str, other: str) -> bool:
     if name.casefold() == other.casefold():
         return True
     start, one, two = difference(name, other)
@@ -82,7 +82,7 @@ def _part_at(name: str, place: int) -> str:
     return next((part[0] for part in parts if part.start() <= place < part.end()), "")
 
 
-def _is_one_typo(one: str, other: str) -> bool:
+def _is_one_edit_apart(one: str, other: str) -> bool:
     _, one, other = difference(one.casefold(), other.casefold())
     if any(char.isdigit() for char in one + other):
         return False
@@ -95,12 +95,12 @@ def _is_swap(one: str, other: str) -> bool:
 
 def difference(one: str, other: str) -> tuple[int, str, str]:
     """Two names without what both begin and end with, and where what is left begins."""
-    start = common_prefix(one, other)
-    end = common_prefix(one[start:][::-1], other[start:][::-1])
+    start = common_prefix_length(one, other)
+    end = common_prefix_length(one[start:][::-1], other[start:][::-1])
     return start, one[start : len(one) - end], other[start : len(other) - end]
 
 
-def common_prefix(one: Sequence[object], other: Sequence[object]) -> int:
+def common_prefix_length(one: Sequence[object], other: Sequence[object]) -> int:
     """How many letters, or parts of names, both begin with."""
     pairs = zip(one, other, strict=False)
     return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))

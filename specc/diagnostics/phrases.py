@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from specc.diagnostics.nearest import common_prefix
+from specc.diagnostics.nearest import common_prefix_length
 
 
 def join_words(names: Iterable[str], word: str) -> str:
@@ -28,7 +28,7 @@ def join_some(names: Sequence[str], most: int, between: str = ", ") -> str:
 def common_stem(names: Sequence[str]) -> str:
     """What names of copies begin with, without numbers; the first one if that is nothing."""
     first, last = min(names), max(names)
-    shared = first[: common_prefix(first, last)].rstrip("_0123456789")
+    shared = first[: common_prefix_length(first, last)].rstrip("_0123456789")
     return names[0] if first == last else shared or names[0]
 
 

@@ -284,7 +284,7 @@ class Context:
         start, end = span(node)
         return Unknown(self.text[start:end], type=type, span=(start, end))
 
-    def in_scope(self, scope: Scope) -> Context:
+    def with_scope(self, scope: Scope) -> Context:
         """The same expression in the scope of a quantifier."""
         return replace(self, scope=scope)
 
@@ -325,7 +325,7 @@ def infer_same_type(
         return collect(*(partial(infer, node, hint) for node in nodes))
     own = collect(*(partial(infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
-    _choose_members(ctx, nodes, found)
+    _prefer_members(ctx, nodes, found)
 
     allowed = hint.value if isinstance(hint, OptionalOf) else hint
 
@@ -340,16 +340,16 @@ def infer_same_type(
     return [found[i] for i in range(len(nodes))]
 
 
-def _choose_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
+def _prefer_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
     """A name that is a value and a member too is the member beside a value of that enum."""
-    for place in found:
-        node = nodes[place]
+    for index in found:
+        node = nodes[index]
         if not isinstance(node, ast.Name) or node.id not in ctx.scope.enums:
             continue
-        beside = [expr.type for other, expr in found.items() if other != place]
+        beside = [expr.type for other, expr in found.items() if other != index]
         enums = [t for t in beside if isinstance(t, Enum) and node.id in t.members]
         if enums:
-            found[place] = ctx.infer(node, enums[0])
+            found[index] = ctx.infer(node, enums[0])
 
 
 def needs_context(node: ast.expr, scope: Scope) -> bool:

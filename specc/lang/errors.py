@@ -119,7 +119,7 @@ class Scope:
         return [*values, *others, *self.files, *self.enums, *clock]
 
 
-def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
+def enums_by_member(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
     """Member -> the enums that have it, as `Scope.enums` wants it."""
     found: dict[str, tuple[Enum, ...]] = {}
     for enum in dict.fromkeys(enums):
@@ -232,7 +232,7 @@ class ExprError(ExprErrors):
         self.expected: Type | None = None
         super().__init__((self,))
 
-    def with_suggestions(self, name: str, close: Sequence[str]) -> ExprError:
+    def set_repair(self, name: str, close: Sequence[str]) -> ExprError:
         """This finding, about a name between the offsets that is like the `close` ones."""
         self.wrong, self.repair = name, sole_correction(name, close)
         return self
@@ -274,7 +274,7 @@ def unknown_name(
     close = nearest(name, known)
     help = did_you_mean(close or other) or way
     error = ExprError(f"unknown {kind} `{name}`", *at, help, code)
-    return error.with_suggestions(name, close).or_open_point(
+    return error.set_repair(name, close).or_open_point(
         f"{kind} `{name}` is not there yet", way, name, close
     )
 

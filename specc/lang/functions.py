@@ -262,7 +262,7 @@ def quantifier_rule(kind: Literal["all", "any"]) -> Rule:
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
-        test = ctx.in_scope(ctx.scope.binding(variable, element)).truth(body)
+        test = ctx.with_scope(ctx.scope.binding(variable, element)).truth(body)
         return Quantifier(kind, variable, over, test, type=Bool(), span=span(node))
 
     return rule
@@ -273,7 +273,7 @@ def extreme_rule(kind: Literal["argmax", "argmin"]) -> Rule:
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
-        number = ctx.in_scope(ctx.scope.binding(variable, element)).infer(body)
+        number = ctx.with_scope(ctx.scope.binding(variable, element)).infer(body)
         if scalar_unit(number.type) is None:
             message = f"`{ctx.quote(body)}` is `{number.type}`; items are compared by a number"
             raise ctx.error(body, message, code="E0315").with_origins(ctx.origins(number))

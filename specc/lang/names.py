@@ -86,11 +86,11 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     help = did_you_mean(close) or f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")
-    found.wrong, found.repair = error.name, _surely_meant(error.name)
+    found.wrong, found.repair = error.name, _sole_unit_correction(error.name)
     return found
 
 
-def _surely_meant(name: str) -> str:
+def _sole_unit_correction(name: str) -> str:
     """The only unit that a name can be a slip of; another prefix, `mm` for `m`, is not a slip."""
     same = [unit for unit in UNITS if unit.casefold() == name.casefold()]
     if same:
@@ -281,7 +281,7 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
         return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
     near = _similar_names(scope, name) if help.startswith("did you mean") else ()
-    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").with_suggestions(name, near)
+    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").set_repair(name, near)
     if help == f"write `{_FOREIGN_NAMES.get(name)}`" and name in ("true", "false"):
         error.repair = _FOREIGN_NAMES[name]
     if help and not near:
@@ -420,7 +420,7 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
 def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
     end = span(node)[1]
     error = ExprError(f"{what}`{name}`", end - len(name), end, _suggestion(name, known), code)
-    return error.with_suggestions(name, nearest(name, known))
+    return error.set_repair(name, nearest(name, known))
 
 
 def _suggestion(name: str, known: list[str]) -> str:
@@ -467,6 +467,4 @@ def _no_part_error(
         help = "only operators look into it"
     end = span(node)[1]
     near = nearest(node.attr, known) if help.startswith("did you mean") else ()
-    return ExprError(message, end - len(node.attr), end, help, "E0234").with_suggestions(
-        node.attr, near
-    )
+    return ExprError(message, end - len(node.attr), end, help, "E0234").set_repair(node.attr, near)

@@ -57,7 +57,7 @@ def _diagonal(a: Range, b: Range) -> Range:
     return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
 
 
-def _wrapped(a: Range) -> Range:
+def _wrap_angle_range(a: Range) -> Range:
     """`wrap_angle(a)`, which rises but where it starts again."""
     if any(map(math.isinf, a)):
         return ranges.DIRECTIONS
@@ -65,7 +65,7 @@ def _wrapped(a: Range) -> Range:
     return (wrap_angle(a[0]), wrap_angle(a[1])) if turns[0] == turns[1] else ranges.DIRECTIONS
 
 
-def _rising(value: Callable[[float], float]) -> Operation:
+def _increasing(value: Callable[[float], float]) -> Operation:
     """A function of one number that is never less for a greater one; not asked of infinity."""
 
     def ends(a: Range) -> Range:
@@ -78,7 +78,7 @@ def _rising(value: Callable[[float], float]) -> Operation:
 # What the solver has: terms, or laws of a result that is unknown.
 
 
-def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
+def _choice_term(is_first: Callable[[Any, Any], Any]) -> Encoding:
     """`min(a, b, ...)` and `max(a, b, ...)`."""
 
     def term(of: SolverTerms, *args: Any) -> Any:
@@ -87,7 +87,7 @@ def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
     return term
 
 
-_least_term, _greatest_term = _chosen(lt), _chosen(gt)
+_least_term, _greatest_term = _choice_term(lt), _choice_term(gt)
 
 
 def _sign_term(of: SolverTerms, a: Any) -> Any:
@@ -179,7 +179,7 @@ def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding)
         value=value,
         python=value.__module__.removeprefix("builtins"),
         is_foldable=True,
-        range=_rising(value),
+        range=_increasing(value),
         term=term,
         stays_float=True,
         inverse=_from_whole,
@@ -292,7 +292,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         is_overridable=True,
         value=wrap_angle,
         bounds=ranges.DIRECTIONS,
-        range=_wrapped,
+        range=_wrap_angle_range,
         term=_wrapped_term,
         inverse=lambda types, now, value: iter([(0, value)] if -math.pi <= value < math.pi else []),
         is_foldable=True,
@@ -336,7 +336,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         python="",
         rounds=False,
         overflows=False,
-        range=_rising(float),
+        range=_increasing(float),
         term=lambda of, a: a,
         inverse=_from_whole,
     ),

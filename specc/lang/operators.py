@@ -381,7 +381,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     close = nearest(name, enum.members)
     help = did_you_mean(close) or f"members are {quoted(enum.members)}"
     error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320")
-    error.with_suggestions(name, close)
+    error.set_repair(name, close)
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"
         raise error.or_open_point(message, "add it to the type", name, close)

@@ -141,7 +141,7 @@ def _parse_uncached(text: str) -> tuple[ast.expr, list[ast.AST]]:
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
         _count_characters(nodes, line[lead:], lead)
-        _refuse_ligatures(nodes, text)
+        _refuse_compatibility_characters(nodes, text)
     constants = [node for node in nodes if type(node) is ast.Constant]
     for constant in constants:
         _check_constant(constant)
@@ -231,7 +231,7 @@ def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
             node.end_col_offset = offsets[node.end_col_offset or 0]
 
 
-def _refuse_ligatures(nodes: list[ast.AST], text: str) -> None:
+def _refuse_compatibility_characters(nodes: list[ast.AST], text: str) -> None:
     """Python reads some letters as others: a name must be written as it is read."""
     for node in nodes:
         name = getattr(node, "id", None) or getattr(node, "attr", None)

@@ -56,7 +56,7 @@ def refuse_misspelling(node: ast.expr, operators: Iterable[str]) -> None:
         if not USAGE.keys().isdisjoint(close):
             help = did_you_mean(close)
             error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
-            raise error.with_suggestions(name, close)
+            raise error.set_repair(name, close)
 
 
 def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
@@ -205,11 +205,11 @@ class _Expander(ast.NodeTransformer):
         members = (_Substitution(variable, at, peer, self.root) for at, peer in group.items())
         return [self.visit(member.visit(deepcopy(body))) for member in members]
 
-    def _count(self, parts: int, times: int, whole: ast.expr) -> None:
+    def _count(self, parts: int, cost_factor: int, whole: ast.expr) -> None:
         """Count the parts of what is about to be written out, each so many times."""
         self.parts += parts
         message = ""
-        if not spend("parts", parts * times * _PART_COST):
+        if not spend("parts", parts * cost_factor * _PART_COST):
             message = OUT_OF_PARTS
         if self.parts > MAX_SPREAD_PARTS:
             message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
@@ -257,7 +257,7 @@ class _Substitution(ast.NodeTransformer):
         if node.id != self.variable:
             return node
         is_value = self.root == "plant"
-        return _peer(self.root, self.peer, node) if is_value else _number(self.at, node)
+        return _peer(self.root, self.peer, node) if is_value else _member_number(self.at, node)
 
 
 def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
@@ -267,20 +267,20 @@ def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
     return ast.copy_location(ast.Attribute(above, name, ast.Load()), at)
 
 
-def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
+def _member_number(indices: tuple[int, ...], node: ast.expr) -> ast.expr:
     if len(indices) > 1:
         message = f"the members are numbered by {len(indices)} indices, and this is one number"
-        raise ExprError(message, *span(at), "say what you need of an element", "E0238")
-    return ast.copy_location(ast.Constant(indices[0]), at)
+        raise ExprError(message, *span(node), "say what you need of an element", "E0238")
+    return ast.copy_location(ast.Constant(indices[0]), node)
 
 
 def _as_logic(
     op: Callable[[], ast.boolop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
-        return said[0] if len(said) == 1 else ast.BoolOp(op(), said)
+    def build(bodies: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        return bodies[0] if len(bodies) == 1 else ast.BoolOp(op(), bodies)
 
-    return made
+    return build
 
 
 _MAX_COMPARED = 32
@@ -289,25 +289,25 @@ _MAX_COMPARED = 32
 def _as_choice(
     op: Callable[[], ast.cmpop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+    def build(bodies: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
         """The number of the first member that no later one is better than."""
-        if len(said) > _MAX_COMPARED:
-            message = f"these are {len(said)} peers, and at most {_MAX_COMPARED} are compared"
+        if len(bodies) > _MAX_COMPARED:
+            message = f"these are {len(bodies)} peers, and at most {_MAX_COMPARED} are compared"
             help = "compare them in an operator, or in groups"
             raise ExprError(message, *span(node), help, "E0017")
-        numbers = [_number(at, node) for at in group]
+        numbers = [_member_number(at, node) for at in group]
         found = numbers[-1]
-        for place in range(len(said) - 2, -1, -1):
+        for place in range(len(bodies) - 2, -1, -1):
             better: list[ast.expr] = [
-                ast.copy_location(ast.Compare(said[place], [op()], [other]), node)
-                for other in said[place + 1 :]
+                ast.copy_location(ast.Compare(bodies[place], [op()], [other]), node)
+                for other in bodies[place + 1 :]
             ]
             test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
             found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
             found = ast.copy_location(found, node)
         return found
 
-    return made
+    return build
 
 
 _COMPARED_NAMES = ("argmin", "argmax")

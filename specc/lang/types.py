@@ -212,7 +212,7 @@ class TypeReader:
                 help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
                 message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
                 error = ExprError(message, *span(node), help, "E0306")
-                raise error.with_suggestions(name, close)
+                raise error.set_repair(name, close)
         message = f"a size is {A_SIZE}"
         help = f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`"
         if isinstance(node, ast.Name):

@@ -122,7 +122,7 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
     parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
     if system.task:
         imports.runtime_name("Task")
-        parts["task"] = tuple(_arguments(system, system.task, imports))
+        parts["task"] = tuple(_task_arguments(system, system.task, imports))
     if stand_ins:
         return parts
     if system.task:
@@ -136,7 +136,7 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
     return parts
 
 
-def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
+def _task_arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
     """Arguments of `Task`, but for the disturbances."""
     names = ("subsystem", "source", "target", "scene", "judge")
     subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
@@ -157,17 +157,17 @@ def _disturbances(task: Task, imports: Imports) -> Iterator[str]:
             arguments.append(f"when={triggers}")
             triggers += 1
         for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
-            actions = (deed for deed in each.actions if deed.verb == verb.name)
-            items = " ".join(_action(verb, deed, imports) for deed in actions)
+            actions = (action for action in each.actions if action.verb == verb.name)
+            items = " ".join(_action(verb, action, imports) for action in actions)
             arguments += [f"{verb.name}=({items})"] if items else []
         yield call(imports.runtime_name("Disturbance"), arguments)
 
 
-def _action(verb: Verb, deed: DisturbanceAction, imports: Imports) -> str:
+def _action(verb: Verb, action: DisturbanceAction, imports: Imports) -> str:
     """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
     if verb.numbers in ("none", "one"):
-        return _draws(deed.numbers, imports) or f"{literal(deed.name)},"
-    return f"({literal(deed.name)}, ({_draws(deed.numbers, imports)})),"
+        return _draws(action.numbers, imports) or f"{literal(action.name)},"
+    return f"({literal(action.name)}, ({_draws(action.numbers, imports)})),"
 
 
 def _draws(draws: Iterable[Draw], imports: Imports) -> str:

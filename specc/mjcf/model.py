@@ -60,13 +60,13 @@ class ModelFiles:
         """All places where a file may be."""
         return (*self.texts, *(place for places in self.assets for place in places))
 
-    def used(self, found: Collection[str]) -> tuple[str, ...]:
+    def used(self, opened: Collection[str]) -> tuple[str, ...]:
         """Those that are used, of which MuJoCo has `found` some.
 
         Raises:
             ModelError: a file is at several places, and it is not known which one is meant.
         """
-        real = set(map(os.path.realpath, found)) - set(map(os.path.realpath, self.unused))
+        real = set(map(os.path.realpath, opened)) - set(map(os.path.realpath, self.unused))
         chosen: list[str] = []
         for places in self.assets:
             if len(places) > 1:

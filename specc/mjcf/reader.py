@@ -201,7 +201,7 @@ class Assets:
                     self._folders.setdefault(name, set()).add(attributes[name])
             self._stripped |= attributes.get("strippath") == "true"
         elif tag != "include":
-            opened = _opened(tag, attributes)
+            opened = _file_attributes(tag, attributes)
             for name, value in attributes.items():
                 if value and name.startswith("file"):
                     self._files[tag, value, name in opened] = None
@@ -244,7 +244,7 @@ class Assets:
         return [os.path.join(base, folder, name) for folder in sorted(folders)]
 
 
-def _opened(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
+def _file_attributes(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
     """The attributes of an element that name a file which MuJoCo opens."""
     if tag == "flexcomp":
         return ("file",) if attributes.get("type") in _FILLED else ()
@@ -398,14 +398,14 @@ class _ModelReader:
         assets: set[tuple[str, ...]] = set()
         missing: dict[str, None] = {}
         unused: set[str] = set()
-        for real, text in self._models.items():
-            existing = text.assets.existing(text.base)
+        for real, model_text in self._models.items():
+            existing = model_text.assets.existing(model_text.base)
             if real in attached:
                 assets.update(existing)
-                missing |= dict.fromkeys(text.assets.missing(text.base))
+                missing |= dict.fromkeys(model_text.assets.missing(model_text.base))
             else:  # MuJoCo reads its text and goes no further
                 unused.update(place for places in existing for place in places)
-            unused.update(text.assets.unopened(text.base))
+            unused.update(model_text.assets.unopened(model_text.base))
         texts = tuple(sorted(self._paths))
         return ModelFiles(texts, tuple(sorted(assets)), tuple(sorted(unused))), tuple(missing)
 
@@ -419,7 +419,7 @@ class _ModelReader:
             if self._places > _MOST_PLACES:
                 raise ModelError(f"files of {shown} may be at more than {_MOST_PLACES:,} places")
             if is_opened:
-                self._confine(asset)
+                self._refuse_outside(asset)
                 self._weigh(asset)
         self._models[real_path(path)] = text
         attachable = self._read_attachable(text)
@@ -444,10 +444,10 @@ class _ModelReader:
             raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
         model.attach(other, prefix)
 
-    def _read_attachable(self, text: _ModelText) -> dict[str, str]:
+    def _read_attachable(self, model_text: _ModelText) -> dict[str, str]:
         """Name -> real path of the models that can be attached; one being read attaches itself."""
         found: dict[str, str] = {}
-        for name, path in text.assets.models(text.base):
+        for name, path in model_text.assets.models(model_text.base):
             real = real_path(path)
             if os.path.isfile(path) and real not in self._files:
                 self.read_model(path)
@@ -464,7 +464,7 @@ class _ModelReader:
                 shown = os.path.basename(asset)
                 raise ModelError(f"with {shown} its files have more than {MOST_BYTES:,} bytes")
 
-    def _confine(self, path: str) -> None:
+    def _refuse_outside(self, path: str) -> None:
         if not self._reach.contains(path):
             shown = os.path.basename(path)
             raise ModelError(f"{shown} lies outside the project; {self._reach.hint_to_allow(path)}")
@@ -476,7 +476,7 @@ class _ModelReader:
             raise ModelError(f"more than {_MOST_FILES} files are included")
         if real in self._files:
             raise ModelError(f"{shown} is included twice")
-        self._confine(path)
+        self._refuse_outside(path)
         self._files.add(real)
         self._paths.add(path)
         depth = len(text.tags)

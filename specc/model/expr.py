@@ -437,7 +437,7 @@ def _conjuncts_of(operands: Iterable[Expr]) -> Iterator[Expr]:
 T = TypeVar("T")
 
 
-class InDependenceOrder(Mapping[str, T]):
+class LazyByDependence(Mapping[str, T]):
     """What `find` tells of named expressions, for each at most once, when it is first wanted.
 
     Those that it names come first: so `find` meets only names of which the answer is known, and no

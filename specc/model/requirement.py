@@ -114,7 +114,7 @@ class FormulaLet:
     place: Place
 
 
-def expressions(formula: TemporalFormula) -> Iterator[Expr]:
+def expressions_in(formula: TemporalFormula) -> Iterator[Expr]:
     """The conditions and spans in a formula."""
     if isinstance(formula, TickCondition):
         yield formula.that
@@ -122,7 +122,7 @@ def expressions(formula: TemporalFormula) -> Iterator[Expr]:
     if isinstance(formula, Temporal) and formula.span:
         yield formula.span
     for operand in formula.operands:
-        yield from expressions(operand)
+        yield from expressions_in(operand)
 
 
 def horizon_s(formula: TemporalFormula) -> Fraction:

@@ -137,7 +137,7 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
     return replace(document, diagnostics=(warning, *document.diagnostics))
 
 
-def specification(document: Document) -> Document:
+def refuse_other_yaml(document: Document) -> Document:
     """The document; of one that does not say that it is a specification nothing is kept."""
     source = document.source
     if not source.text.strip() or claims_to_be_specification(source.text):

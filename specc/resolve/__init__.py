@@ -291,5 +291,7 @@ def _described(
     around = AgentDef()
     ends = {peer: f"{peer}.c" for peer in peers}
     where = top["subsystem"]
-    subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
+    subsystem = resolver.resolve_subsystem(
+        "", "c", "control", around, spec.subsystem, where, ends, setting
+    )
     return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver

@@ -230,7 +230,7 @@ class Findings:
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
-            index = self._lacking.setdefault(_missing_part(found), len(self.diagnostics))
+            index = self._lacking.setdefault(_missing_part_key(found), len(self.diagnostics))
             if index < len(self.diagnostics):
                 earlier = self.diagnostics[index]
                 more = (Related(found.primary, "needed here as well"),)
@@ -266,7 +266,7 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _missing_part(finding: Diagnostic) -> object:
+def _missing_part_key(finding: Diagnostic) -> object:
     """What is not there: a part of the whole file, of one subsystem or of a section."""
     place, message = finding.primary, finding.message
     if message.startswith(_OF_A_FILE):

@@ -23,7 +23,7 @@ from specc.source import Place
 # Sizes of vectors and images that parameters are to give.
 
 
-def marks() -> Iterator[int]:
+def size_marks() -> Iterator[int]:
     """Those of parameters, in their order: large numbers whose sums and products all differ."""
     return (2**32 + crc32(str(number).encode()) for number in count())
 
@@ -135,7 +135,7 @@ def may_be_size(kind: str) -> bool:
 def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     """Sizes in a description that are not given: each equals itself alone."""
     named = (name for name, kind in parameters.items() if may_be_size(kind))
-    return {name: OpenSize(mark, name) for name, mark in zip(named, marks(), strict=False)}
+    return {name: OpenSize(mark, name) for name, mark in zip(named, size_marks(), strict=False)}
 
 
 def sizes_in(signature: str, types: Mapping[str, TypeDef]) -> set[str]:

@@ -35,7 +35,8 @@ def resolve_elements(
         init = None
         if definition.init is not None:
             scope = replace(
-                constant_scope(expressions.definitions), uninitialized=expressions.later
+                constant_scope(expressions.definitions),
+                uninitialized=expressions.uninitialized_names,
             )
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)

@@ -132,7 +132,7 @@ def with_device_buffers(
         for side, peer in (("x", source), ("y", target)):
             if peer in own[side] or (peer != "c" and used[0] in own[side]):
                 continue
-            copy = _like(buffer, reported if side == "x" else None)
+            copy = _mirrored_buffer(buffer, reported if side == "x" else None)
             sides[side][peer] = copy, here.raw, here.route
     return _with_buffers(definition, where, sides)
 
@@ -152,7 +152,7 @@ def _report_device(
     findings.report("E0104", message, place, help="write `x` and `y`, or change `uses`")
 
 
-def _like(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
+def _mirrored_buffer(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
     """A buffer for what a device accepts or has `reported`; None stands for outputs.
 
     Before the first command, the device is to get what is safe.

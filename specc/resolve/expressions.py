@@ -210,7 +210,7 @@ class Expressions:
         self.findings.expression_error(where, error, target, lacks)
 
     @property
-    def later(self) -> frozenset[str]:
+    def uninitialized_names(self) -> frozenset[str]:
         """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
         return frozenset(name for key in _LATER for name in self._own_names(key))
 

@@ -12,7 +12,7 @@ from specc.lang import (
     TYPE_WORDS,
     ExprError,
     Scope,
-    members_of,
+    enums_by_member,
     parse_signature,
 )
 from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
@@ -300,7 +300,7 @@ def constant_scope(definitions: Definitions) -> Scope:
     enums = (maker.enum() for maker in makers)
     return Scope(
         constants=definitions.declared,
-        enums=members_of(enum for enum in enums if isinstance(enum, Enum)),
+        enums=enums_by_member(enum for enum in enums if isinstance(enum, Enum)),
         files={name: known for name, (known, _) in definitions.files.items()},
         operators=definitions.operators,
         has_points=definitions.has_points,

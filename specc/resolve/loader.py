@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.model.system import Published
-from specc.read import ANYWHERE, AllowedPaths, Document, read_file, specification
+from specc.read import ANYWHERE, AllowedPaths, Document, read_file, refuse_other_yaml
 from specc.resolve.context import Findings, YamlNode
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, desugar, shape
@@ -88,7 +88,7 @@ class Loader:
         if len(self._files) >= MAX_FILES:
             self._refuse(f"more than {MAX_FILES} files are used", named_at)
             return None
-        document = specification(self.read(path, ROW_KEYS))
+        document = refuse_other_yaml(self.read(path, ROW_KEYS))
         self.sources.add(document.source)
         self._values += document.size
         if self._values > MAX_VALUES and named_at is not None:

@@ -39,7 +39,7 @@ from specc.model.requirement import (
     horizon_s,
     span_of,
 )
-from specc.model.requirement import expressions as expressions_in
+from specc.model.requirement import expressions_in as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.resolve.context import Findings, Meaning, Use, YamlNode

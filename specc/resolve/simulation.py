@@ -214,7 +214,7 @@ class _DisturbanceReader:
             self._time("every", item.every, at),
             self._probability(item.probability, at),
             self._time("lasts", item.lasts, at),
-            tuple(self._deeds(item, at)),
+            tuple(self._actions(item, at)),
             at.place,
         )
         self._refuse_idle(found, item, at)
@@ -253,7 +253,7 @@ class _DisturbanceReader:
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
+    def _actions(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
         """What it does, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
@@ -294,7 +294,7 @@ class _DisturbanceReader:
     ) -> Draw | None:
         """A number in the wanted unit, if there is one; None after reporting."""
         found = None if item is None else draw_of(name, item, at, self.expressions)
-        if found is not None and wanted is not None and (unit := found.invalid_unit(wanted)):
+        if found is not None and wanted is not None and (unit := found.first_other_unit(wanted)):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"

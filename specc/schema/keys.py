@@ -321,7 +321,7 @@ _ANOTHER = "choose another name"
 _FORM = "write `package.module:name`"
 
 
-def _of_name(value: str) -> Fault | None:
+def _name_fault(value: str) -> Fault | None:
     # Expressions read some letters as others; a name is written as it is read.
     if value.isidentifier() and unicodedata.normalize("NFKC", value) == value:
         return None
@@ -330,20 +330,20 @@ def _of_name(value: str) -> Fault | None:
     return "is not a valid name", f"{_LETTERS}, e.g. `{valid}`" if plain else _LETTERS
 
 
-def _of_readable_name(value: str) -> Fault | None:
+def _readable_name_fault(value: str) -> Fault | None:
     if keyword.iskeyword(value):
         return "is a word of the expression language", f"{_ANOTHER}, e.g. `{value}_`"
-    return _of_name(value)
+    return _name_fault(value)
 
 
-def _of_field_name(value: str) -> Fault | None:
+def _field_name_fault(value: str) -> Fault | None:
     private = "begins with two underscores, which makes it private in Python"
     if value.startswith("__") and value.isidentifier():
         return private, f"{_ANOTHER}, e.g. `own{value[1:]}`"
-    return _of_readable_name(value)
+    return _readable_name_fault(value)
 
 
-def _of_path(value: str) -> Fault | None:
+def _path_fault(value: str) -> Fault | None:
     if not re.fullmatch(PYTHON_PATH.rstrip("$"), value):
         return "does not have the form `package.module:name`", _FORM
     if any(map(keyword.iskeyword, re.split("[.:]", value))):
@@ -365,7 +365,7 @@ def topic_fault(value: str) -> Fault | None:
     )
 
 
-def _of_node(value: str) -> Fault | None:
+def _node_fault(value: str) -> Fault | None:
     return None if "~" not in value and not topic_fault(value) else topic_fault("")
 
 
@@ -383,11 +383,11 @@ def _quantity(about: str, *examples: str) -> Text:
 
 _EXPRESSION = "An expression, e.g. `near(d_c, d_m, 0.001[m])`."
 
-Name = Annotated[str, Text(fault=_of_name)]
+Name = Annotated[str, Text(fault=_name_fault)]
 """Letters, digits and `_`, not beginning with a digit."""
-ReadableName = Annotated[str, Text(fault=_of_readable_name)]
+ReadableName = Annotated[str, Text(fault=_readable_name_fault)]
 """A name that can stand in an expression."""
-FieldName = Annotated[str, Text(fault=_of_field_name)]
+FieldName = Annotated[str, Text(fault=_field_name_fault)]
 """A name that can stand behind a point, in expressions and in Python."""
 
 ConstantText = Annotated[str, Text(Role("constant"), _EXPRESSION, scalars=True)]
@@ -455,7 +455,7 @@ WaitText = Annotated[
     ),
 ]
 TopicName = Annotated[str, Text(fault=topic_fault, examples=("/joint_states", "~/state"))]
-NodeName = Annotated[str, Text(fault=_of_node)]
+NodeName = Annotated[str, Text(fault=_node_fault)]
 MessageName = Annotated[
     str,
     Text(
@@ -465,7 +465,7 @@ MessageName = Annotated[
 ]
 PythonPath = Annotated[
     str,
-    Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_of_path),
+    Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_path_fault),
 ]
 FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]

@@ -89,7 +89,7 @@ def at(route: Route) -> SchemaNode:
     return reduce(SchemaNode.below, route, FILE)
 
 
-def split(route: Route) -> tuple[Route, Route]:
+def split_at_part(route: Route) -> tuple[Route, Route]:
     """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
     for size, here in enumerate(walk(route)):
         if here.kind in (SubsystemDef, DeviceDef):

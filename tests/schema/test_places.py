@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from specc.reachable import reachable
 from specc.schema.files import SpecFile
 from specc.schema.keys import OTHERS, ListKind, MappingKind, SpecModel, ValueKind, is_model, layout
-from specc.schema.places import at, defined_by, keys_at, role_of, split, values_at
+from specc.schema.places import at, defined_by, keys_at, role_of, split_at_part, values_at
 
 
 def parts_in(kind: ValueKind) -> Iterator[type[SpecModel]]:
@@ -59,8 +59,8 @@ def test_names_define_what_they_stand_for() -> None:
 
 def test_a_route_is_split_at_its_subsystem_or_device() -> None:
     route = ("agents", "a", "real_receptors", "k", "y", "image")
-    assert split(route) == (route[:4], ("y", "image"))
-    assert split(("types", "T")) == ((), ("types", "T"))
+    assert split_at_part(route) == (route[:4], ("y", "image"))
+    assert split_at_part(("types", "T")) == ((), ("types", "T"))
 
 
 def test_beyond_the_schema_nothing_is_known() -> None:

@@ -433,7 +433,7 @@ def _aspects(each: Disturbance, values: Constants, version: Literal[0, 1]) -> di
     if each.when:
         form = values.canonical_form(each.when, version)
         found["when"] = form, each.when.that, each.when.names
-    draws = [("", each.times), *((f"{deed.verb} ", deed.numbers) for deed in each.actions)]
+    draws = [("", each.times), *((f"{action.verb} ", action.numbers) for action in each.actions)]
     return found | {f"{verb}{d.name}": _draw(d) for verb, numbers in draws for d in numbers}
 
 

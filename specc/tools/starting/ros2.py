@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
-from specc.diagnostics.nearest import common_prefix
+from specc.diagnostics.nearest import common_prefix_length
 from specc.diagnostics.phrases import join_some
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
@@ -270,7 +270,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
     pairs = []
     for state in states.values():
         for name in commands:
-            levels = common_prefix(state.name.split("/")[:-1], name.split("/")[:-1])
+            levels = common_prefix_length(state.name.split("/")[:-1], name.split("/")[:-1])
             kinds = [n for n, (word, *_) in enumerate(_COMMANDS) if word in name]
             kind = kinds[0] if kinds else len(_COMMANDS) - 1
             pairs.append((-levels, -kind, name, state.order))
