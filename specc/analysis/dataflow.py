@@ -64,7 +64,7 @@ class Reads:
         return frozenset[Read]().union(*reads)
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
-        """The inputs that the conditions depend on that may end a state."""
+        """The inputs on which the conditions that may end a state depend."""
         rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
         ends = (state.behaviour.terminal.when, state.behaviour.error.when)
         row_conditions = [row.condition.when for of_cause in rows for _, row in of_cause]
@@ -204,7 +204,7 @@ class DataFlow:
         return self._sent_in[node]
 
     def _inputs_of(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
-        """What values of a subsystem are computed from."""
+        """The inputs from which values of a subsystem are computed."""
         found = (read for value in values for read in self._reads[sender].of(value))
         return frozenset((InputNode(sender, *read.input), read.on_arrival) for read in found)
 
@@ -219,7 +219,7 @@ class DataFlow:
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
     def stored_inputs(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
-        """Memory that a value is computed from, directly or not, with each input stored in it."""
+        """Yield each memory element that a value depends on, with each input stored in it."""
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None:

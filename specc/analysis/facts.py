@@ -85,7 +85,7 @@ class Facts:
 
     @cached_property
     def machines(self) -> tuple[Machine, ...]:
-        """Of all subsystems without errors."""
+        """The machines of all subsystems without errors."""
         return tuple(self._machines.values())
 
     @cached_property
@@ -100,7 +100,7 @@ class Facts:
 
     @cached_property
     def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
-        """The verdicts about every state and cause of the consistent ones.
+        """The verdicts about every state and cause of all consistent machines.
 
         What tables leave open is refuted where a search finds values that show it.
         """

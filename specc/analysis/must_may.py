@@ -95,7 +95,10 @@ def must_view(cause: Cause) -> Approximation:
 
 
 def gap_view(cause: Cause) -> Approximation:
-    """Ends that surely hold, with rows that may hold: no row of these applies only in a gap."""
+    """Ends that surely hold, with rows that may hold.
+
+    Where no row of this view applies, there surely is a gap.
+    """
     return Approximation(cause, must_hold_part, may_hold_part)
 
 

@@ -269,7 +269,10 @@ class ScalarRanges:
         return found
 
     def _fallback_range(self, scalar: ScalarExpr) -> Range:
-        """The bounds of memory, for a number that depends on itself."""
+        """The range of a number that is not followed further: the bounds of its memory, else any.
+
+        A number is not followed on a cycle, or beyond the depth or the budget.
+        """
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
             return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
         return ANY

@@ -36,7 +36,7 @@ from specc.source import Place
 
 
 def bindings_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
+    """E0505, for a binding whose kind does not suit its element."""
     for bound in facts.bindings:
         complaint = _wrong_kind(bound)
         if complaint:
@@ -146,7 +146,7 @@ def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
+    """E0502, for names that the model lacks; `bindings_fit` reports bindings of the wrong kind."""
     model, plant = facts.model, facts.system.plant
     if plant is None or not isinstance(model, Model) or not model.complete:
         return
@@ -179,7 +179,10 @@ _KINDS = ("joints", "sensors", "actuators")
 
 
 def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0512; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0511 for units that differ from the plant's, E0512 for parts listed twice.
+
+    See also `bindings_fit`.
+    """
     model = facts.model
     for bound in facts.bindings:
         if _wrong_kind(bound):
@@ -254,7 +257,7 @@ DEPTH_NOISES = ("kinect",)
 
 
 def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
-    """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0510, for noise in another unit or count than what is measured; see also `bindings_fit`."""
     for bound in facts.bindings:
         binding = bound.binding
         if bound.is_commanded or _wrong_kind(bound):
@@ -314,7 +317,7 @@ def _only(units: Sequence[Unit]) -> list[Unit]:
 
 
 def joints_like_actuators(facts: Facts) -> Iterator[Diagnostic]:
-    """W0513."""
+    """W0513, for joints that are not listed in the order of the actuators that drive them."""
     for bound in facts.bindings:
         model, place = facts.model, bound.binding.place
         if not (bound.is_commanded and bound.plant == "model" and isinstance(model, Model)):
@@ -397,7 +400,7 @@ _WAY = (
 
 
 def poses_measured(facts: Facts) -> Iterator[Diagnostic]:
-    """E0524."""
+    """E0524, for a pose whose frames are not those that the sensors of the model measure."""
     for bound in facts.bindings:
         if bound.is_pose and isinstance(facts.model, Model) and not bound.binding.camera:
             model = facts.model
@@ -453,7 +456,7 @@ def _agree(frames: Sequence[str], named: Sequence[str | None]) -> bool:
 
 
 def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
-    """E0341."""
+    """E0341, for a function that is given the numbers of a quaternion in MuJoCo's order."""
     model = facts.model
     if not isinstance(model, Model):
         return

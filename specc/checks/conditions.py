@@ -119,7 +119,9 @@ class ConstantConditions:
         condition: Condition | None,
         context: tuple[Expr, ...] = (),
     ) -> bool:
-        """Find the constant parts below an expression, or else itself; whether there are any.
+        """Add the innermost constant parts of an expression to `_found`.
+
+        Returns whether there are any.
 
         Those of lets are found where they are first named. Without a condition, this is a let or a
         function. The tests in the `context` hold where the expression is evaluated.

@@ -25,7 +25,7 @@ _CODE = "W0519"
 
 
 def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519; numbers that constants decide are taken as intended, since these can be set."""
+    """W0519, for ranges and choices of equal numbers, unless constants decide them."""
     task = facts.system.task
     disturbances = task.disturbances if task else ()
     numbers = (number for each in disturbances for number in each.numbers)
@@ -43,7 +43,7 @@ def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519."""
+    """W0519, for disturbances and actions without effect: in no time, never, or twice."""
     task = facts.system.task
     for each in task.disturbances if task else ():
         if each.duration and _is_always(each.duration, 0):
@@ -102,7 +102,7 @@ def _is_always(draw: Draw, number: float | None) -> bool:
 
 
 def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519."""
+    """W0519, for a disturbance that may begin again within a tick."""
     task, tick_s = facts.system.task, facts.rates.tick_s
     repeated = [each.every for each in task.disturbances if each.every] if task else []
     for every in repeated if facts.rates.timed else ():
@@ -264,7 +264,7 @@ Units = tuple[Unit | None, ...]
 
 
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503, E0517; scales are known to be without a unit."""
+    """E0503 for errors of an element that no device reports, E0517 for unsuitable numbers."""
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
         for verb, action in each.actions_on("measurement"):
@@ -309,9 +309,11 @@ def _units(bound: BoundElement, facts: Facts) -> Units | None:
 def _number_faults(
     verb: Verb, subject: str, action: DisturbanceAction, units: Units
 ) -> Iterator[Diagnostic]:
+    """Yield E0517 if numbers of an action differ in count or unit from those that are measured."""
     draws = action.numbers
     if len(draws) not in (1, len(units)):
-        message = f"{counted(len(units), 'number')} of {subject} cannot be {verb.participle} by {len(draws)}"
+        numbers = counted(len(units), "number")
+        message = f"{numbers} of {subject} cannot be {verb.participle} by {len(draws)}"
         help = (
             "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
         )

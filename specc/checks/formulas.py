@@ -188,7 +188,10 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 
 
 def _first_tick_findings(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
-    """W0336, about formulas without `always`: what the first states say of them."""
+    """Yield W0336 for a requirement without `always` that the initial states decide.
+
+    Also for one of which a part concerns the first tick only.
+    """
     if item.holds_always or item not in facts.system.requirements:
         return
     ticks = facts.ticks
@@ -225,7 +228,7 @@ def _part_about_first_tick(formula: TemporalFormula) -> TemporalFormula | None:
 
 
 def lets_are_not_aliases(facts: Facts) -> Iterator[Diagnostic]:
-    """W0336."""
+    """W0336, for a let of formulas that only renames a constant or another let."""
     for let in facts.system.formula_lets:
         other = let.value.name if isinstance(let.value, ConstantRef) else ""
         if let.formula and let.formula.that in let.names:
@@ -239,7 +242,7 @@ def lets_are_not_aliases(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
-    """W0336."""
+    """W0336, for temporal operators whose span is shorter than a tick, or that could be one."""
     periods = {s.qualified_name: 1 / s.rate_hz for s in facts.rates.timed}
     if not periods or facts.broken:
         return

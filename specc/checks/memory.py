@@ -51,7 +51,7 @@ def _increments(machine: Machine, value: Expr, counter: str) -> bool | None:
 
 
 def _counting_of_memory(machine: Machine, state: State) -> dict[str, bool | None]:
-    """The memory that a state assigns, and whether it counts."""
+    """Memory that a state assigns: True if incremented, False if unchanged, else None."""
     found: dict[str, bool | None] = {}
     for item in state.behaviour.assignments:
         if not item.peer:

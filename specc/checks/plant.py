@@ -25,7 +25,7 @@ from specc.source import Place
 
 
 def model_readable(facts: Facts) -> Iterator[Diagnostic]:
-    """E0501."""
+    """E0501, for a model that cannot be read or lacks one of its files."""
     system = facts.system
     if system.plant is not None and isinstance(facts.model, ModelError):
         why, _, way_out = str(facts.model).partition("; ")
@@ -84,7 +84,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
 
 
 def records_have_classes(facts: Facts) -> Iterator[Diagnostic]:
-    """O0206, once for each record."""
+    """O0206, for each record without a class whose values Python code has to create."""
     makers: dict[str, list[Related]] = {}
     for type_, given, maker in _python_results(facts):
         for name in _records_without_class(type_) - {
@@ -116,6 +116,7 @@ def _python_results(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Relate
 
 
 def _records_without_class(type_: Type) -> set[str]:
+    """The names of records in a type that name no Python class."""
     found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
@@ -183,7 +184,7 @@ _DEFAULT_CAMERA = (640, 480)
 
 
 def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
-    """E0507."""
+    """E0507, for an element that has another number of numbers or pixels than the plant."""
     model = facts.model
     if not isinstance(model, Model):
         return
@@ -218,7 +219,7 @@ def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
 
 
 def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
-    """E0508."""
+    """E0508, for an actuator that two elements command."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):

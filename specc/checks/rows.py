@@ -344,7 +344,7 @@ _WAY_OUT = (
 
 
 def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
-    """W0606, with what the solver says, if it is installed; the code is the same in any case."""
+    """W0606, for rows of which nothing is proved, with the solver's answer if it is installed."""
     for decided in facts.row_verdicts:
         decision, state = decided.verdict.decision, decided.state
         if not decision.unknown or not decided.verdict.rows:

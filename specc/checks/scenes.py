@@ -23,7 +23,7 @@ from specc.source import Place
 
 
 def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0516."""
+    """E0502 for the start of an unknown joint, E0516 for an impossible one."""
     task, plant = facts.system.task, facts.system.plant
     for start in task.starts if task else ():
         if isinstance(facts.model, Model):
@@ -93,7 +93,10 @@ def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
 
 
 def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0503, E0516, E0517; a plant in Python says itself what can happen to it."""
+    """E0502, E0503, E0516, E0517, for disturbances of unknown parts or beyond their limits.
+
+    A plant in Python says itself what can happen to it.
+    """
     task, model = facts.system.task, facts.model
     for each in task.disturbances if task else ():
         if facts.system.plant is None:
@@ -115,7 +118,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503, E0517."""
+    """E0503 for the silence of an element that no device reports, E0517 for one without effect."""
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():

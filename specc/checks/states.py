@@ -23,7 +23,7 @@ from specc.reachable import grouped, reachable
 
 
 def states_end(facts: Facts) -> Iterator[Diagnostic]:
-    """W0614.
+    """W0614, for a state that its terminal condition, though it may hold, never ends.
 
     Where there are rows, they are `rows_can_apply`'s matter; a condition that never holds at all
     is `conditions_vary`'s.
@@ -161,7 +161,7 @@ def conjunction_implicants(parts: Iterable[Implicants]) -> Implicants:
 
 
 def minimal_implicants(implicants: Iterable[InputNames]) -> Implicants:
-    """The minimal implicants; too many count as no need at all."""
+    """The minimal implicants, or `FREE` if there are more than `_MOST`."""
     found: list[InputNames] = []
     for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
         if not any(other <= inputs for other in found):

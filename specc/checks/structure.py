@@ -17,7 +17,7 @@ from specc.source import Place
 
 
 def subsystems_distinct(facts: Facts) -> Iterator[Diagnostic]:
-    """E0411."""
+    """E0411, for two subsystems of an agent with one name."""
     for agent in facts.system.agents:
         first: dict[str, Subsystem] = {}
         for subsystem in agent.subsystems:

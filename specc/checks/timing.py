@@ -270,7 +270,7 @@ _WAYS_OUT = {
 
 
 def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
-    """W0416."""
+    """W0416, for an input with `max_age` whose source may be silent for ever."""
     for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, UnboundedAge) and allowed is not None:
@@ -301,7 +301,7 @@ def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """E0509."""
+    """E0509, for a sensor whose rate fits neither its readers nor the base tick."""
     for conflict in facts.rates.conflicts:
         rate, tick = conflict.rate_hz, conflict.tick_s
         place = conflict.bound.binding.place.below("rate")
@@ -328,7 +328,7 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0414."""
+    """E0414, for a budget that is longer than the period."""
     for subsystem in facts.rates.timed:
         budget_s, period_s = subsystem.budget_s, 1 / subsystem.rate_hz
         if budget_s is not None and budget_s > period_s:
@@ -383,7 +383,7 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
 
 
 def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
-    """E0415, E0416, at the silence of a device."""
+    """E0415 for a silence that is too short, E0416 for one without a safe output."""
     for device in facts.system.devices:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue

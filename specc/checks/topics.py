@@ -22,7 +22,7 @@ from specc.source import Place
 
 
 def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
+    """E0505, for a binding of ROS 2 whose kind does not suit its element."""
     for bound in facts.bindings:
         if bound.plant == "ros2" and (complaint := _wrong_kind(bound)):
             message, help = complaint
@@ -177,7 +177,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def published_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0523."""
+    """E0523, for a published value that does not exist or has no type of messages."""
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(

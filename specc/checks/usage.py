@@ -41,9 +41,9 @@ def _named(parts: Iterable[Expr]) -> set[str]:
 def _unused_findings(
     code: str, places: Mapping[str, Place], uses: Mapping[str, Set[str]], roots: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Things that nothing uses, each with the things that only it uses.
+    """Yield a finding for each definition not reachable from `roots`, with those that only it uses.
 
-    `edges` has the names that each thing uses; things in `start` are used.
+    `uses` has the names that each definition uses.
     """
     used = reachable(roots, lambda one: uses.get(one, _NONE)).keys()
     left = {label: index for index, label in enumerate(places) if label not in used}
@@ -286,7 +286,7 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
 
 
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
-    """W0413."""
+    """W0413, for an output that no behaviour writes."""
     for subsystem in facts.subsystems:
         for wire in facts.wires.wires_of(subsystem):
             port, reader = wire.port, wire.peer_subsystem

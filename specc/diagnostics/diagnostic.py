@@ -91,7 +91,7 @@ _MOST_NAMED = 3
 
 
 def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnostic]:
-    """The findings, each one about a description once, with the other agents that it is about.
+    """Merge findings that differ only in the names of agents into one that lists these agents.
 
     Findings with one code and place whose words differ only by the names of agents are one.
     """
@@ -134,7 +134,7 @@ def severity_of(code: str) -> Severity:
 
 
 def blocks(code: str, command: CommandName) -> bool:
-    """Whether a finding is about something that the command needs."""
+    """Whether a finding with this code prevents the command."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"
     return code not in _NEVER_BLOCKING and (command == "run" or code not in _BLOCKING_RUNS_ONLY)
@@ -145,13 +145,13 @@ class TooManyFaultsError(Exception):
 
 
 class Faults(list[Diagnostic]):
-    """What is wrong with a file, as far as that is worth telling."""
+    """The findings about a file, of which `add` accepts at most `MAX_FAULTS`."""
 
     def add(self, fault: Diagnostic) -> None:
         """Add a finding.
 
         Raises:
-            TooManyFaultsError: it is the last one that is told.
+            TooManyFaultsError: the file has `MAX_FAULTS` findings now.
         """
         self.append(fault)
         if len(self) == MAX_FAULTS:

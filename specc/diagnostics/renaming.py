@@ -45,7 +45,10 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
 
 
 def renamed_as_written(raw: str, old: str, new: str) -> tuple[str, str] | None:
-    """What at the beginning of `raw` became `old`, and the same with the letters of `new`."""
+    """The text at the start of `raw` that was read as `old`, and its replacement.
+
+    The replacement spells `new` and keeps the braces of indices; None if the indices differ.
+    """
     parts = _INDEX.split(new)
     found = re.match(_pattern(old), raw[:_LONGEST])
     if found is None or _INDEX.split(old)[1::2] != parts[1::2]:

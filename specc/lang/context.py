@@ -145,7 +145,10 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
 
 
 def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
-    """Turn a pose round, or go on from it with a named pose."""
+    """A help text that inverts the pose or composes it with a named pose.
+
+    Empty if neither helps.
+    """
     actual = expr.type
     if not isinstance(actual, Pose) or not isinstance(expected, Pose):
         return ""
@@ -285,7 +288,7 @@ class Context:
         return Unknown(self.text[start:end], type=type, span=(start, end))
 
     def with_scope(self, scope: Scope) -> Context:
-        """The same expression in the scope of a quantifier."""
+        """A copy of the context with another scope."""
         return replace(self, scope=scope)
 
     def quote(self, node: ast.expr) -> str:
@@ -341,7 +344,7 @@ def infer_same_type(
 
 
 def _prefer_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
-    """A name that is a value and a member too is the member beside a value of that enum."""
+    """Retype a name of both a value and a member as the member beside a value of that enum."""
     for index in found:
         node = nodes[index]
         if not isinstance(node, ast.Name) or node.id not in ctx.scope.enums:

@@ -233,7 +233,10 @@ class ExprError(ExprErrors):
         super().__init__((self,))
 
     def set_repair(self, name: str, close: Sequence[str]) -> ExprError:
-        """This finding, about a name between the offsets that is like the `close` ones."""
+        """Note the misspelt name and, if exactly one close name is a slip away, its correction.
+
+        Returns self.
+        """
         self.wrong, self.repair = name, sole_correction(name, close)
         return self
 

@@ -205,7 +205,10 @@ def _operation(expr: m.Expr) -> Operation | None:
 
 
 def _keeps_integers(expr: m.Expr) -> bool:
-    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
+    """Whether an operation uses whole numbers unrounded.
+
+    A quotient of two is rounded, its operands are not.
+    """
     if isinstance(expr, m.Binary) and expr.op == "/":
         return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
     return not any(type_.units for type_ in (expr.type, *expr.type.parts))
@@ -217,7 +220,10 @@ def _on_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) ->
 
 
 def _rounded_either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
-    """Of a comparison: numpy rounds a whole number beside a float, and Python does not."""
+    """The range of a comparison, with whole numbers beside floats rounded or not.
+
+    Numpy rounds them, Python does not.
+    """
     return ranges.union(operation(*parts), _on_floats(operation, is_whole, *parts))
 
 

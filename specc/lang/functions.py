@@ -91,7 +91,9 @@ def unary_rule(
     help: Callable[[Type], str] = lambda type: "",
     wanted: Callable[[Type | None], Type | None] = lambda hint: None,
 ) -> Rule:
-    """A function of one argument; `result` is its type by that of the argument, None if none fits.
+    """The typing rule of a function of one argument.
+
+    `result` gives its type by that of the argument, None if none fits.
 
     `wanted` is the type that a literal takes where the call is expected to be of a type.
     """
@@ -117,7 +119,9 @@ def numbers_rule(
     is_real: bool = False,
     result: Type | None = None,
 ) -> Rule:
-    """A function of numbers of one unit, which its result has; `is_real` even for integers.
+    """The typing rule of a function of numbers of one unit, which its result has.
+
+    `is_real` even for integers.
 
     With a `result` that is its type.
     """
@@ -179,7 +183,7 @@ _pose_origin = unary_rule(
 
 
 def input_rule(usage: str, kind: type[Fresh | Present]) -> Rule:
-    """A question about an element of an input buffer."""
+    """The typing rule of a question about an element of an input buffer."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, usage, 1)
@@ -189,7 +193,7 @@ def input_rule(usage: str, kind: type[Fresh | Present]) -> Rule:
 
 
 def lag_rule(name: LagName, type: Type) -> Rule:
-    """How far an element of an input buffer is behind."""
+    """The typing rule of `age` and `late`: how far an element of an input buffer is behind."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, f"{name}(x.peer.element)", 1)
@@ -258,7 +262,7 @@ _USAGE = "all(v in {u, c} for v in x.c.b)"
 
 
 def quantifier_rule(kind: Literal["all", "any"]) -> Rule:
-    """A condition on every item, or on some item, of a vector or a list."""
+    """The typing rule of a condition on every item, or on some item, of a vector or a list."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
@@ -269,7 +273,10 @@ def quantifier_rule(kind: Literal["all", "any"]) -> Rule:
 
 
 def extreme_rule(kind: Literal["argmax", "argmin"]) -> Rule:
-    """The item of a list for which a number is largest or smallest; the list must have one."""
+    """The typing rule of `argmin` and `argmax`: the item for which a number is extreme.
+
+    The list must have an item.
+    """
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
@@ -347,7 +354,7 @@ class SolverTerms(Protocol):
         """The greatest whole number that is not greater."""
 
     def representable(self, number: Any) -> Any:
-        """A number of which it is known that a float has it."""
+        """The term of a number that is known to be exactly a float."""
 
 
 ArgumentChoices = Iterator[tuple[int, Value]]

@@ -91,7 +91,10 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
 
 
 def _sole_unit_correction(name: str) -> str:
-    """The only unit that a name can be a slip of; another prefix, `mm` for `m`, is not a slip."""
+    """The only unit of which a name can be a misspelling.
+
+    Empty if none, several, or if only the prefix may be wrong.
+    """
     same = [unit for unit in UNITS if unit.casefold() == name.casefold()]
     if same:
         # `MN` is a million newtons, not a thousandth of one.

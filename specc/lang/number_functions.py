@@ -51,14 +51,14 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def _diagonal(a: Range, b: Range) -> Range:
-    """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
+    """The range of `hypot(a, b)`, which libraries round to one of the two floats next to it."""
     (low_a, high_a), (low_b, high_b) = ranges.absolute(a), ranges.absolute(b)
     least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
     return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
 
 
 def _wrap_angle_range(a: Range) -> Range:
-    """`wrap_angle(a)`, which rises but where it starts again."""
+    """The range of `wrap_angle(a)`, which increases except where it wraps."""
     if any(map(math.isinf, a)):
         return ranges.DIRECTIONS
     turns = [(Fraction(end) + Fraction(math.pi)) // Fraction(math.tau) for end in a]
@@ -66,7 +66,7 @@ def _wrap_angle_range(a: Range) -> Range:
 
 
 def _increasing(value: Callable[[float], float]) -> Operation:
-    """A function of one number that is never less for a greater one; not asked of infinity."""
+    """The range of an increasing function of one number, which is not asked of infinity."""
 
     def ends(a: Range) -> Range:
         low, high = (end if math.isinf(end) else value(end) for end in a)
@@ -79,7 +79,7 @@ def _increasing(value: Callable[[float], float]) -> Operation:
 
 
 def _choice_term(is_first: Callable[[Any, Any], Any]) -> Encoding:
-    """`min(a, b, ...)` and `max(a, b, ...)`."""
+    """The term of `min(a, b, ...)` or `max(a, b, ...)`."""
 
     def term(of: SolverTerms, *args: Any) -> Any:
         return reduce(lambda a, b: of.choice(is_first(a, b), a, b), args)
@@ -91,19 +91,19 @@ _least_term, _greatest_term = _choice_term(lt), _choice_term(gt)
 
 
 def _sign_term(of: SolverTerms, a: Any) -> Any:
-    """`sign(a)`."""
+    """The term of `sign(a)`."""
     return of.choice(a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0)))
 
 
 def _round_term(of: SolverTerms, a: Any) -> Any:
-    """`round(a)`."""
+    """The term of `round(a)`."""
     above = a + of.constant(0.5)
     whole = of.floor(above)
     return of.choice(whole == above, whole - whole % 2, whole)  # a tie goes to what is even
 
 
 def _wrapped_term(of: SolverTerms, a: Any) -> Any:
-    """`wrap_angle(a)`, of which both the argument and the result are floats."""
+    """The term of `wrap_angle(a)`, of which both the argument and the result are floats."""
     turn = of.constant(math.tau)
     return of.representable(a - turn * of.floor((a + of.constant(math.pi)) / turn))
 

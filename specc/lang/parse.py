@@ -232,7 +232,7 @@ def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
 
 
 def _refuse_compatibility_characters(nodes: list[ast.AST], text: str) -> None:
-    """Python reads some letters as others: a name must be written as it is read."""
+    """Refuse names that Python normalises to other letters, such as ligatures."""
     for node in nodes:
         name = getattr(node, "id", None) or getattr(node, "attr", None)
         if isinstance(node, ast.expr) and name and not text[: span(node)[1]].endswith(name):

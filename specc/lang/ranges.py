@@ -26,7 +26,7 @@ HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0)
 
 
 def as_floats(a: Range) -> Range:
-    """Of the real numbers that the whole ones in a range become."""
+    """The range of the floats to which whole numbers in a range are converted."""
     low, high = _within_floats(a)
     return float(low), float(high)
 
@@ -47,7 +47,7 @@ def _within_floats(a: Range) -> Range:
 
 
 def range_of_value(value: float) -> Range:
-    """Of one known number."""
+    """The range that contains one number only."""
     return _within_floats((value, value))
 
 

@@ -32,7 +32,7 @@ _TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\b(?:implies|for)\b
 
 
 def parse_formula(text: str) -> ast.expr:
-    """The syntax tree of a formula, one's own to change; raises `ExprError`."""
+    """A new syntax tree of a formula, which the caller may change; raises `ExprError`."""
     if not re.search(r"\bimplies\b", text):
         return parse(text, own=True)
     written, origins = _implies_as_calls(text)
@@ -70,10 +70,8 @@ def _implies_as_calls(text: str) -> tuple[str, list[int]]:
     It binds weaker than anything else and to the right: `p implies (q implies r)`.
     """
     out: list[tuple[str, int]] = []
-    operand_starts, open_calls = (
-        [0],
-        [0],
-    )  # by bracket: where the last operand begins, calls to close
+    operand_starts = [0]  # by bracket: where the last operand begins
+    open_calls = [0]  # by bracket: calls to close
 
     def close(at: int) -> None:
         out.extend((")", max(at - 1, 0)) for _ in range(open_calls[-1]))
@@ -171,12 +169,12 @@ class _Expander(ast.NodeTransformer):
         return _peer(self.root, group[at], node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        """A group where a value or one peer has to stand."""
+        """Refuse a group of peers where a value or a single peer has to stand."""
         self._refuse(node, node.attr)
         return self.generic_visit(node)
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
-        """Likewise, for agents."""
+        """Refuse the name of a group of agents where a value has to stand."""
         self._refuse(node, node.id)
         return node
 
@@ -206,7 +204,10 @@ class _Expander(ast.NodeTransformer):
         return [self.visit(member.visit(deepcopy(body))) for member in members]
 
     def _count(self, parts: int, cost_factor: int, whole: ast.expr) -> None:
-        """Count the parts of what is about to be written out, each so many times."""
+        """Count parts about to be written out; raises `ExprError` beyond a bound.
+
+        Each part costs `cost_factor` of the work budget; `MAX_SPREAD_PARTS` bounds their number.
+        """
         self.parts += parts
         message = ""
         if not spend("parts", parts * cost_factor * _PART_COST):
@@ -268,6 +269,10 @@ def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
 
 
 def _member_number(indices: tuple[int, ...], node: ast.expr) -> ast.expr:
+    """The number of a group member as a constant.
+
+    Raises `ExprError` if members have several indices.
+    """
     if len(indices) > 1:
         message = f"the members are numbered by {len(indices)} indices, and this is one number"
         raise ExprError(message, *span(node), "say what you need of an element", "E0238")

@@ -112,12 +112,12 @@ class Writer:
         return (*(f"{name} = self.{name}" for name in touched), *self._lines)
 
     def write(self, line: str) -> None:
-        """One more line."""
+        """Write one more line."""
         self._lines.append(INDENT * self._depth + line)
 
     @contextmanager
     def block(self, line: str) -> Iterator[None]:
-        """Lines under `line`; locals that get their value there have none behind it."""
+        """Write lines under `line`; locals that get their value there are not known after it."""
         self.write(line)
         known = self.nodes.known
         self.nodes.known = dict(known)
@@ -136,14 +136,14 @@ class Writer:
         return names[term]
 
     def emit(self, term: Term) -> str:
-        """A value in the statement that comes next; what it may need again stands before it."""
+        """Emit a term for the next statement; what may be needed again is written before it."""
         for part in by_order(unevaluated((term,), self.nodes.known)):
             if part in self.reused and part is not term:
                 self.defer(part)
         return self.nodes.emit(term).text
 
     def defer(self, term: Term) -> None:
-        """A function for a term whose value may be needed."""
+        """Write a cached function that computes a term on first use."""
         if term not in self.nodes.known:
             name = self.local(term, "get_")
             keep = self.module.imports.runtime_name("cache")
@@ -153,7 +153,7 @@ class Writer:
             self.nodes.known[term] = Emitted(f"{name}()", PRIMARY)
 
     def assign(self, terms: Iterable[Term]) -> None:
-        """Locals for terms whose evaluation is due here, with those they are made of."""
+        """Write locals for terms and the shared parts they need."""
         due = set(terms)
         wanted = due | self._shared_parts(due)
         hint = self.nodes.name_hint
@@ -169,7 +169,7 @@ class Writer:
         return {part for part in parts if part.let or part in self.reused}
 
     def constant_conditions(self, behaviour: Behaviour) -> None:
-        """Say where conditions come from that need no test."""
+        """Write comments on the conditions that need no test."""
         for cause, condition in behaviour.endings:
             test = self.nodes.table.of(condition.when).node
             if isinstance(test, e.Truth) and condition.trace:
@@ -179,7 +179,7 @@ class Writer:
                 )
 
     def initial(self, item: Memory, term: Term) -> None:
-        """The initial value of a memory element."""
+        """Write the initial value of a memory element."""
         self.nodes.name_hint = f"initial_{item.name}"
         self.assign(self._shared_parts((term,)))
         value = self.emit(term)
@@ -187,7 +187,7 @@ class Writer:
         self.write(with_trace(f"memory.{self.module.memory[item.name]} = {value}", item.trace))
 
     def monitors(self, violated: list[Term]) -> None:
-        """Report axioms that do not hold, from the first period on that evaluates conditions."""
+        """Write reports of violated axioms, from the first period on that evaluates conditions."""
         self.nodes.periods = "(self._periods + 1)"
         if not violated:
             return
@@ -200,7 +200,10 @@ class Writer:
     def write_activity(
         self, activity: Activity, parameter_terms: tuple[Term, ...]
     ) -> tuple[str, ...]:
-        """Outputs, then memory: all values are computed before the first memory changes."""
+        """Write the assignments of a behaviour and return its parameters.
+
+        Outputs come before memory, so that no assignment reads a new value.
+        """
         parameters = tuple(self._parameter(term, activity) for term in parameter_terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
         values = [term for term, spelled in self.nodes.known.items() if spelled.rank != PRIMARY]
@@ -271,7 +274,7 @@ class CycleWriter(Writer):
     """States whose behaviour or conditions ask for the time since their start."""
 
     def flow(self, flow: Flow) -> None:
-        """Conditions, rows and behaviour from here to the end of the period."""
+        """Write conditions, rows and behaviour from here to the end of the period."""
         match flow:
             case BehaviourRun():
                 self.enter(flow)
@@ -283,7 +286,7 @@ class CycleWriter(Writer):
                 self._tested_rows(flow)
 
     def _test(self, test: Term, due: TermSet) -> str:
-        """A test, after locals for those of the terms `due` that it needs."""
+        """Write a test, after locals for those of the terms `due` that it needs."""
         needed = test.maybe_evaluated & self.reused | {
             t for t in test.maybe_evaluated - {test} if t.let
         }
@@ -319,7 +322,7 @@ class CycleWriter(Writer):
             self.enter(row.enter)
 
     def _tested_rows(self, flow: Rows) -> None:
-        """All rows are tested; the first whose test holds is taken once it is the only one."""
+        """Write tests of all rows; the first whose test holds is taken once it is the only one."""
         cause = literal(flow.cause)
         if not flow.rows:
             self.write(f"raise self.undecided({cause}, [])")
@@ -348,7 +351,7 @@ class CycleWriter(Writer):
         self.enter(last.enter)
 
     def first_period(self, items: list[tuple[Memory, Term]], run: BehaviourRun) -> None:
-        """The first period: initial memory, what depends on nothing else, the first behaviour."""
+        """Write the first period: initial memory, hoisted values and the first behaviour."""
         self.nodes.may_hoist = False
         for item, term in items:
             self.initial(item, term)
@@ -359,16 +362,16 @@ class CycleWriter(Writer):
             self._lines.insert(place, f"self.{FINALISE}()")
 
     def write_hoisted(self) -> None:
-        """The attributes that depend on nothing but the initial memory."""
+        """Write the attributes that depend on nothing but the initial memory."""
         self._lines += self.nodes.hoisted_assignments()
 
     def enter(self, run: BehaviourRun) -> None:
-        """One run of a behaviour, at the end of a period."""
+        """Write one run of a behaviour, at the end of a period."""
         self.write_entry(run)
         self.write(f"return {run.row}")
 
     def write_entry(self, run: BehaviourRun) -> None:
-        """The state is entered, if it is not the present one, and its behaviour called."""
+        """Write the entry into a state, if it changes, and the call of its behaviour."""
         if run.is_entry:
             known = self.nodes.known.items()
             self.nodes.known = {t: spelled for t, spelled in known if not t.reads_clock}
@@ -494,7 +497,7 @@ class Methods:
 
 
 def behaviour_parameters(activity: Activity, offered: TermSet) -> tuple[Term, ...]:
-    """The terms that a behaviour takes from its callers: the largest of those they offer."""
+    """The outermost costly terms that callers offer: a behaviour takes them as parameters."""
 
     def is_passed(term: Term) -> bool:
         return term in offered and term.is_costly

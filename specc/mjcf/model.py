@@ -61,7 +61,9 @@ class ModelFiles:
         return (*self.texts, *(place for places in self.assets for place in places))
 
     def used(self, opened: Collection[str]) -> tuple[str, ...]:
-        """Those that are used, of which MuJoCo has `found` some.
+        """The files that the model uses.
+
+        The files that MuJoCo `opened` decide between several possible paths.
 
         Raises:
             ModelError: a file is at several places, and it is not known which one is meant.
@@ -80,7 +82,9 @@ class ModelFiles:
 
 @dataclass(slots=True)
 class Model:
-    """Name -> size, in numbers; None where the file does not say.
+    """What an MJCF model declares.
+
+    Joints, sensors and actuators map a name to its count of numbers, None if the file does not say.
 
     Of a model that is attached, all names count, whichever of its bodies the model takes.
     """

@@ -94,7 +94,7 @@ class ActuatorNames:
         """The number of the last one that acts on a part."""
 
     def of(self, attributes: Mapping[str, str]) -> str:
-        """The name of the next one; empty if the file does not say what it acts on."""
+        """A new name for an unnamed actuator, by the part it acts on; empty if none is given."""
         part = next((attributes[key] for key in _ACTED_ON if attributes.get(key)), "")
         if not part:
             return ""
@@ -145,7 +145,7 @@ class Defaults:
         return name
 
     def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
-        """Elements of a class have attributes."""
+        """Set default attributes of one kind of element in a class."""
         own = self._own.setdefault((name, _kind(tag)), {})
         own |= {key: value for key, value in attributes.items() if key in _READ.split()}
 
@@ -214,7 +214,10 @@ class Assets:
             yield from ((place, is_opened) for place in self._places(base, tag, file))
 
     def existing(self, base: str) -> list[tuple[str, ...]]:
-        """The places of each file where there is one."""
+        """For each opened file, those of its possible paths that exist.
+
+        Files without any are left out.
+        """
         places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
         return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
 
@@ -283,7 +286,7 @@ class _ModelText:
     """How many copies are made of what stands in each open element, and outside of all."""
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        """An element begins."""
+        """Handle the start of an element."""
         if len(self.tags) >= _DEEPEST:
             raise ModelError(f"elements are nested more than {_DEEPEST} deep")
         self.tags.append(tag)
@@ -313,7 +316,7 @@ class _ModelText:
             self.elements.append((section, tag, attributes.get("class", around), attributes))
 
     def count(self, tag: str, attributes: dict[str, str]) -> str:
-        """Count an element with its copies; what is too much of it."""
+        """Count an element with its copies; returns why it exceeds a bound, or an empty text."""
         self.copies.append(self.copies[-1] * copies(tag, attributes))
         self.model.size += self.copies[-1]
         if self.model.size > MOST_ELEMENTS:
@@ -321,7 +324,7 @@ class _ModelText:
         return excess(tag, attributes)
 
     def end(self, _: str) -> None:
-        """The innermost open element ends."""
+        """Handle its end."""
         self.tags.pop()
         self.classes.pop()
         self.copies.pop()
@@ -393,7 +396,7 @@ class _ModelReader:
         self._bytes = self._weight = self._places = self._copied = self._letters = 0
 
     def files_of(self, path: str) -> tuple[ModelFiles, tuple[str, ...]]:
-        """The files of a model with what it attaches, and what of them is not there, in words."""
+        """The files of a model and of those it attaches, and phrases for the missing ones."""
         attached = reachable([real_path(path)], lambda real: self._models[real].attachments)
         assets: set[tuple[str, ...]] = set()
         missing: dict[str, None] = {}

@@ -159,7 +159,7 @@ class Port:
         return next((e for e in self.elements if e.name == name), None)
 
     def place_of(self, element: Element) -> Place:
-        """Where this end has an element: there, or where it names the interface that has it."""
+        """The place of an element: its own if this buffer declares it, else that of the buffer."""
         here, place = self.place, element.place
         inside = place.file == here.file and place.route[: len(here.route)] == here.route
         return place if inside else here

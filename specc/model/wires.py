@@ -69,12 +69,12 @@ class Wires:
 
     @cached_property
     def subsystems(self) -> dict[str, Subsystem]:
-        """Those of the system by their qualified names."""
+        """All subsystems by qualified name."""
         return {s.qualified_name: s for agent in self._agents for s in agent.subsystems}
 
     @cached_property
     def devices(self) -> dict[str, Device]:
-        """Those of the system by their qualified names."""
+        """All devices by qualified name."""
         return {d.qualified_name: d for agent in self._agents for d in agent.devices}
 
     def part(self, name: str) -> Subsystem | Device | None:

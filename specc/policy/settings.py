@@ -225,7 +225,10 @@ _WITHOUT_EFFECT = "until then no setting takes effect"
 
 
 def _too_complex(source: SourceFile) -> FoundSettings | None:
-    """What of a text would take the reader of TOML too many steps, or too much memory."""
+    """The refusal of a text that would cost the TOML reader too many steps or too much memory.
+
+    None if it is fine.
+    """
     # Texts and comments become words and blanks of the same length.
     bare = _TEXT_OR_COMMENT.sub(
         lambda found: (" " if found[0][0] == "#" else "s") * len(found[0]), source.text

@@ -138,7 +138,7 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
 
 
 def refuse_other_yaml(document: Document) -> Document:
-    """The document; of one that does not say that it is a specification nothing is kept."""
+    """The document, or an empty one with E0022 if its text does not claim to be a specification."""
     source = document.source
     if not source.text.strip() or claims_to_be_specification(source.text):
         return document

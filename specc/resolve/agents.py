@@ -118,7 +118,11 @@ class AgentResolver:
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
-        """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
+        """Resolve one subsystem.
+
+        It is marked as `broken` or `faulty` if it has errors, and None if a file that it uses
+        cannot be used.
+        """
         findings = self.findings
         before, suppressed = len(findings.diagnostics), findings.suppressed
         repeated = len(findings.repeated)
@@ -188,9 +192,9 @@ class AgentResolver:
     def _use_chain(
         self, name: str, definition: SubsystemDef, where: YamlNode, at: Setting
     ) -> tuple[list[tuple[SubsystemDef, YamlNode]], Setting | None]:
-        """A subsystem and the descriptions that it uses, each the next one.
+        """The subsystem and the descriptions that it uses, outermost first, and the last setting.
 
-        And the names in force in the last one; None if one cannot be used, which is reported.
+        The setting is None after reporting that a description cannot be used.
         """
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
@@ -295,7 +299,7 @@ _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 def _first_with(
     levels: list[tuple[SubsystemDef, YamlNode]], key: str
 ) -> tuple[SubsystemDef, YamlNode]:
-    """The level that says something for a key: users come before what they use."""
+    """The first level that gives `key`, or the last; a user comes before what it uses."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 

@@ -54,12 +54,12 @@ def resolve_buffers(
 
 
 def _is_unambiguous(name: str, expressions: Expressions) -> bool:
-    """Whether expressions mean a memory element or a let by its name."""
+    """Whether a name refers to exactly one memory element or let."""
     return name not in expressions.broken and name not in RESERVED
 
 
 def _without_broken(scope: Scope, broken: Collection[str]) -> Scope:
-    """The scope without constants and files whose names could mean something with an error."""
+    """The scope without constants and files whose names are broken."""
     constants = {name: known for name, known in scope.constants.items() if name not in broken}
     files = {name: known for name, known in scope.files.items() if name not in broken}
     return replace(scope, constants=constants, files=files)

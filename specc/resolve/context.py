@@ -267,7 +267,10 @@ _MOST_RELATED = 4
 
 
 def _missing_part_key(finding: Diagnostic) -> object:
-    """What is not there: a part of the whole file, of one subsystem or of a section."""
+    """A key that findings about the same missing part share.
+
+    It consists of file, message and the scope in which the part is missing.
+    """
     place, message = finding.primary, finding.message
     if message.startswith(_OF_A_FILE):
         return place.file, message, ()
@@ -401,7 +404,7 @@ class SetValues:
         return found and replace(found, raw=in_unit(str(found.raw), unit))
 
     def report_unknown(self, findings: Findings) -> None:
-        """Report names that are those of nothing."""
+        """Report names on the command line that no constant or parameter has."""
         for name, where in self.texts.items():
             if name not in self.units:
                 code, what = ("E0210", "parameter") if "." in name else ("E0201", "constant")

@@ -24,7 +24,7 @@ from specc.source import Place
 
 
 def size_marks() -> Iterator[int]:
-    """Those of parameters, in their order: large numbers whose sums and products all differ."""
+    """Marks of open sizes, by parameter: large numbers with distinct sums and products."""
     return (2**32 + crc32(str(number).encode()) for number in count())
 
 

@@ -153,9 +153,10 @@ def _report_device(
 
 
 def _mirrored_buffer(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
-    """A buffer for what a device accepts or has `reported`; None stands for outputs.
+    """A copy of a device's buffer for the subsystem that passes it on.
 
-    Before the first command, the device is to get what is safe.
+    With `reported`, the names that the device reports, it is an input with safe initial values;
+    with None, it is an output.
     """
     is_input = reported is not None
     kind = InputDef if is_input else ElementDef

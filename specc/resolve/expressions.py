@@ -193,7 +193,7 @@ class Expressions:
     def report(
         self, where: YamlNode, text: str, error: ExprError, target: Related | None = None
     ) -> None:
-        """Tell an error of a text, but not that a name is unknown whose own definition is wrong."""
+        """Report an error in a text, unless it only follows from a broken definition."""
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
         buffer = _ELEMENT.search(text[: error.end])
@@ -211,7 +211,7 @@ class Expressions:
 
     @property
     def uninitialized_names(self) -> frozenset[str]:
-        """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
+        """The names of memory and lets, which have no value while initial values are computed."""
         return frozenset(name for key in _LATER for name in self._own_names(key))
 
     def _own_names(self, key: str) -> Collection[str]:

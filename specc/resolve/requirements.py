@@ -69,7 +69,7 @@ class Lets:
     def define(
         self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
     ) -> None:
-        """Read them, each after those that it names."""
+        """Resolve lets in order of dependence."""
         for name in items:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):

@@ -204,7 +204,7 @@ class _DisturbanceReader:
     expressions: Expressions
 
     def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
-        """One of them; None after reporting."""
+        """The resolved disturbance, or None after reporting."""
         diagnostics = self.expressions.findings.diagnostics
         before = len(diagnostics)
         found = Disturbance(
@@ -221,7 +221,7 @@ class _DisturbanceReader:
         return found if len(diagnostics) == before else None
 
     def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
-        """Report one that never begins, does nothing or has a time for nothing."""
+        """Report a disturbance that never begins, does nothing or has a useless duration."""
         lasting = any(verb.has_duration for verb, _ in found.actions_on())
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
@@ -254,7 +254,7 @@ class _DisturbanceReader:
         return found
 
     def _actions(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
-        """What it does, verb by verb."""
+        """The actions of a disturbance, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
             for index, name in enumerate(given if verb.numbers == "none" else ()):

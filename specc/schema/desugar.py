@@ -107,7 +107,7 @@ class _Desugaring:
     has_copies: bool = False
 
     def desugared(self, node: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
-        """What a value becomes for the values of the indices around it."""
+        """The value with short forms and `for` written out, under the given indices."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
         if self.has_copies and self.values > MAX_VALUES:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
@@ -229,9 +229,9 @@ class _Desugaring:
     def _substituted(
         self, text: str, indices: Indices, route: Route, padded: bool = False, is_key: bool = False
     ) -> str:
-        """A text with the values of braces that name indices and nothing else.
+        """The text with each `{...}` that is arithmetic on indices replaced by its value.
 
-        Where it is `padded`, blanks behind the word fill the room that the braces had.
+        If `padded`, blanks after the word keep later columns in place.
         """
         written, end, missing_blanks = "", 0, 0
         padded = padded and '"' not in text and "'" not in text
@@ -263,7 +263,10 @@ _WORD = re.compile(r"\A\w*")
 
 
 def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
-    """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
+    """Insert `room` blanks after the word with which a text begins.
+
+    Returns the text and the blanks not yet inserted.
+    """
     end = len(text) - len(_WORD.sub("", text, count=1))
     if room <= 0 or (end == len(text) and not is_last):
         return text, room

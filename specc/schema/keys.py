@@ -56,7 +56,7 @@ Fault = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
+    """What a text means; a `name` refers to a symbol of `kind` in its subsystem."""
 
     form: RoleForm
     kind: SymbolKind | None = None
@@ -67,7 +67,7 @@ class Role:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Text.
+    """A kind of text values.
 
     `scalars`: a number or a truth value is accepted and becomes text; `quantity`: it is too, so
     that its missing unit is reported later. `filled` text is not empty. `fault` finds what else is
