@@ -477,18 +477,18 @@ class Ages:
             source = self.sources.origin(node)
             return source.reads if isinstance(source, Sent) else ()
 
-        def above(node: InputNode) -> list[InputNode]:
+        def inputs_of(node: InputNode) -> list[InputNode]:
             return [read for read, _ in edges[node]]
 
         edges = {n: reads(n) for n in reachable(self._inputs, lambda n: [m for m, _ in reads(n)])}
         try:
-            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+            order = [*TopologicalSorter({n: inputs_of(n) for n in edges}).static_order()]
         except CycleError:
-            found = components(list(edges), ((n, m) for n in edges for m in above(n)))
+            found = components(list(edges), ((n, m) for n in edges for m in inputs_of(n)))
             part = {n: number for number, each in enumerate(found) for n in each.states}
             for n, all_reads in edges.items():
                 edges[n] = tuple(e for e in all_reads if part[e[0]] != part[n])
-            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+            order = [*TopologicalSorter({n: inputs_of(n) for n in edges}).static_order()]
         return {n: edges[n] for n in order}
 
     @cached_property

@@ -175,7 +175,7 @@ class Facts:
         return AssumptionChecker(self.wires, {} if self.rates.clash else self._machines)
 
     def inputs(self) -> Iterator[tuple[InputNode, Element]]:
-        """All elements that subsystems and devices receive, those with errors in them left out."""
+        """Yield all elements that subsystems and devices receive, without those with errors."""
         for subsystem in self.subsystems:
             for name, element in subsystem.inputs.items():
                 yield InputNode(subsystem.qualified_name, *name), element

@@ -153,7 +153,7 @@ Tests = tuple[tuple[Expr, bool], ...]
 def tested_conditions(
     state: State, rows: Sequence[Transition]
 ) -> Iterator[tuple[Tests, list[Condition]]]:
-    """The conditions that may end a state, after the tests that precede them."""
+    """Yield the conditions that may end a state, each after the tests that precede it."""
     error, terminal = state.behaviour.error, state.behaviour.terminal
     yield (), [error]
     yield ((error.when, False),), [terminal]
@@ -162,7 +162,7 @@ def tested_conditions(
 
 
 def as_conditions(tests: Tests) -> tuple[Expr, ...]:
-    """Tests as conditions that hold."""
+    """Convert tests to conditions that hold."""
     return tuple(test if holds else negation(test) for test, holds in tests)
 
 

@@ -144,7 +144,7 @@ class RawNumbers:
     """
 
     kind: str
-    place: int
+    index: int
     name: str
     units: tuple[Unit | None, ...] | None
 

@@ -152,7 +152,7 @@ class Dependences:
             self._lets[name] = self.of(value)
 
     def of(self, expr: Expr) -> Dependence:
-        """What `expr` depends on."""
+        """The dependences of one expression."""
         match expr:
             case MemoryRef(name=name):
                 return Dependence(memory=frozenset((name,)))
@@ -179,7 +179,7 @@ class Dependences:
         return self.all(children(expr))
 
     def lets(self, exprs: Iterable[Expr]) -> dict[str, Expr]:
-        """The lets that expressions name, directly or through lets, in order of dependence."""
+        """The lets that expressions use, directly or through lets, in order of dependence."""
 
         def named(exprs: Iterable[Expr]) -> Iterator[str]:
             nodes = (node for expr in exprs for node in walk(expr))
@@ -189,7 +189,7 @@ class Dependences:
         return {name: value for name, value in self._values.items() if name in used}
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
-        """What some expressions depend on together."""
+        """The joint dependences of some expressions."""
         found = map(self.of, exprs)
         parts = [part for part in found if part is not _NOTHING]
         if len(parts) < 2:

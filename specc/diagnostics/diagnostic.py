@@ -76,7 +76,7 @@ class Diagnostic:
 def without_follow_ups(
     uses: Iterable[Diagnostic], found: Iterable[Diagnostic]
 ) -> Iterator[Diagnostic]:
-    """The findings about `uses` of parts, except of parts that are `found` missing already."""
+    """Drop findings about `uses` of parts that are `found` missing already."""
     lacking = {place for finding in found for place in finding.lacks}
     for use in uses:
         if not any(
@@ -115,7 +115,7 @@ def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> li
 
 
 def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Of the findings at one place the first."""
+    """Keep only the first finding at each place."""
     places = set[Place]()
     for finding in found:
         if finding.primary not in places:

@@ -9,18 +9,18 @@ from specc.diagnostics.nearest import common_prefix_length
 
 
 def join_words(names: Iterable[str], word: str) -> str:
-    """`a`, `a and b`, `a, b and c`."""
+    """Join words: `a`, `a and b`, `a, b and c`."""
     *most, last = names
     return f"{', '.join(most)} {word} {last}" if most else last
 
 
 def counted(count: int, noun: str) -> str:
-    """`1 error`, `2 errors`."""
+    """A count with its noun: `1 error`, `2 errors`."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def join_some(names: Sequence[str], most: int, between: str = ", ") -> str:
-    """All names; of more than so many the first ones: `a, b and 3 more`."""
+    """Join names; of more than `most` only the first ones: `a, b and 3 more`."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return between.join(names[:most]) + more
 
@@ -33,10 +33,10 @@ def common_stem(names: Sequence[str]) -> str:
 
 
 def truncate(text: str, most: int) -> str:
-    """A text, or as much of a long one as is told."""
+    """Shorten a long text to at most `most` characters."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def in_ms(seconds: Fraction) -> str:
-    """A length of time in milliseconds."""
+    """Format a duration in milliseconds."""
     return f"{float(1000 * seconds):.6g} ms"

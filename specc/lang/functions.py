@@ -21,38 +21,38 @@ from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
 
 def inverted_pose(type: Type | None) -> Type | None:
-    """`inverse(X)`."""
+    """The type of `inverse(X)`."""
     return Pose(type.child, type.parent) if isinstance(type, Pose) else None
 
 
 def real_element(type: Type) -> Real | None:
-    """`norm(v)`."""
+    """The type of `norm(v)`."""
     return type.element if isinstance(type, Vector) and isinstance(type.element, Real) else None
 
 
 def list_length(type: Type) -> Type | None:
-    """`len(list)`."""
+    """The type of `len(list)`."""
     return Int() if isinstance(type, ListOf) else None
 
 
 def fixed_length(type: Type) -> str:
-    """A way out for the length of a vector."""
+    """A help text for the length of a vector."""
     return f"its length is always {type.size}" if isinstance(type, Vector) else ""
 
 
 def integer_type(type: Type) -> Type | None:
-    """`floor(a)`, `round(a)`."""
+    """The type of `floor(a)` and `round(a)`."""
     return Int() if scalar_unit(type) == DIMENSIONLESS else None
 
 
 def unit_help(type: Type) -> str:
-    """A way out for a number with a unit."""
+    """A help text for a number with a unit."""
     unit = scalar_unit(type)
     return "" if unit is None else f"a whole number has no unit; divide by one: `a / 1[{unit}]`"
 
 
 def angle_help(type: Type) -> str:
-    """A way out for what is no angle."""
+    """A help text for an argument that is not an angle."""
     plain = scalar_unit(type) == DIMENSIONLESS
     return "an angle has a unit: `30[deg]`; multiply a plain number by `1[rad]`" if plain else ""
 
@@ -66,7 +66,7 @@ Rule = Callable[[Context, ast.Call, Type | None], Expr]
 def _check_arity(
     ctx: Context, node: ast.Call, usage: str, least: int, most: int | None = -1
 ) -> None:
-    """Refuse a call with another number of arguments; `most` None is any number."""
+    """Refuse a call with a wrong number of arguments; with `most` None there may be any more."""
     count = len(node.args)
     upper = least if most == -1 else most
     if count >= least and (upper is None or count <= upper):
@@ -143,7 +143,7 @@ def numbers_rule(
 
 
 def pose_rule(usage: str, *parts: Type) -> Rule:
-    """A function of arguments of these types that gives a pose in the frames of its place."""
+    """The typing rule of a function that gives a pose in the frames required at its place."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, usage, len(parts))
@@ -170,7 +170,7 @@ def _pose_type(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
 
 
 def position(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-    """A point in the frame of the pose; version 1 had vectors for points."""
+    """Type `position(X)`: a point in the frame of the pose, in version 1 a vector."""
     found = _pose_origin(ctx, node, hint)
     return found if ctx.scope.has_points else replace(found, type=point(""))
 
@@ -212,7 +212,7 @@ _NEAR = "near(a, b, tolerance)"
 
 
 def near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-    """Numbers and vectors with one tolerance in their unit, poses with two."""
+    """Type `near(...)`: numbers and vectors have one tolerance in their unit, poses have two."""
     _check_arity(ctx, node, _NEAR, 3, 4)
     a, b = infer_same_type(ctx, node.args[:2])
     if isinstance(a.type, Pose) or isinstance(b.type, Pose):
@@ -290,7 +290,7 @@ def extreme_rule(kind: Literal["argmax", "argmin"]) -> Rule:
 
 
 def _over_items(ctx: Context, node: ast.Call) -> tuple[ast.expr, str, Expr, Type]:
-    """What is said of each item, the variable for it, the items, and their type."""
+    """Type the parts of a quantifier: body, variable, items and the type of an item."""
     body, comprehension = _comprehension(ctx, node)
     variable = _variable(ctx, comprehension)
     over = ctx.infer(comprehension.iter)
@@ -302,13 +302,13 @@ def _over_items(ctx: Context, node: ast.Call) -> tuple[ast.expr, str, Expr, Type
 
 
 def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> NoReturn:
-    """`... for v in ...` stands in quantifiers only."""
+    """Refuse a generator outside of quantifiers."""
     message = "`for` can stand only in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)`"
     raise ctx.error(node, message, f"for example `{_USAGE}`", "E0302")
 
 
 def _comprehension(ctx: Context, node: ast.Call) -> tuple[ast.expr, ast.comprehension]:
-    """What is said of each item, and of which items."""
+    """The body of a quantifier and its `for`; raises if it is anything else."""
     match node.args:
         case [ast.GeneratorExp(elt, [ast.comprehension(ifs=[], is_async=0) as only])]:
             return elt, only

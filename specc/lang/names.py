@@ -107,7 +107,7 @@ def _sole_unit_correction(name: str) -> str:
 
 
 def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
-    """`True`, `"text"` or a bare number: of the hinted unit if it is 0, else dimensionless."""
+    """Type a constant: a bare number has the hinted unit if it is 0, else it is dimensionless."""
     value, at = node.value, span(node)
     if value is None:
         return _nothing(ctx, node, hint)
@@ -122,7 +122,7 @@ def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
 
 
 def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
-    """`None`, of the optional type that is hinted or whose values are."""
+    """Type `None`, of the hinted optional type or of the optional of the hinted type."""
     if hint is None:
         help = "give it a place whose type is declared: memory, or an argument of an operator"
         raise ctx.error(node, "the type of `None` is not known here", help, "E0317")
@@ -131,7 +131,7 @@ def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
 
 
 def quantity(ctx: Context, node: ast.Subscript) -> Expr:
-    """A number with its unit, `0.02[m/s]`, in SI."""
+    """Type a number with its unit, `0.02[m/s]`, converted to SI."""
     assert isinstance(node.value, ast.Constant)  # the caller looked
     try:
         unit = unit_of(node.slice)
@@ -145,7 +145,7 @@ def quantity(ctx: Context, node: ast.Subscript) -> Expr:
 
 
 def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
-    """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
+    """Type `[a, b, c]` as a vector, spatial vector or list, whichever the hint says."""
     kind = hint if hint is None else complete_type(hint)
     match kind:
         case Vector() | Spatial():
@@ -221,7 +221,7 @@ _FOREIGN_NAMES = {"true": "True", "false": "False", "null": "", "None": "", "nan
 
 
 def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
-    """A plain name; the hint tells a member or a file from a value of the same name."""
+    """Type a plain name; the hint tells a member or a file from a value of the same name."""
     value = ctx.scope.value(node.id)
     if isinstance(hint, Enum) and node.id in hint.members:
         if value and value[1] == hint:
@@ -331,7 +331,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
 
 
 def output_error(ctx: Context, node: ast.expr) -> ExprError:
-    """The error of an expression that refers to an output buffer."""
+    """Make the error of an expression that refers to an output buffer."""
     help = "keep the value in memory, or name it under `let:` and use it in both places"
     return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0235")
 
@@ -340,7 +340,7 @@ def output_error(ctx: Context, node: ast.expr) -> ExprError:
 
 
 def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
-    """`x.peer.element`, `record.field` or `vector.z`."""
+    """Type `x.peer.element`, `record.field` or `vector.z`."""
     match node.value:
         case ast.Name(id="y") | ast.Attribute(value=ast.Name(id="y")):
             raise output_error(ctx, node)
@@ -358,7 +358,7 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
 
 
 def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
-    """`0.02[m/s]` or `v[2]`."""
+    """Type `0.02[m/s]` or `v[2]`."""
     if isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
         return quantity(ctx, node)
     value = ctx.infer(node.value)
@@ -382,7 +382,7 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
 
 
 def _list_part(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Expr:
-    """`v[0]`, the first item, of which there must be one; `v[2:]`, the items from the third on."""
+    """Type `v[0]`, an item that must exist, or `v[2:]`, the items from the third on."""
     match node.slice:
         case ast.Constant(value=0) if node.slice.value is not False:
             return Component(unwrap_list(value), 0, type=kind.element, span=span(node))
@@ -395,7 +395,7 @@ def _list_part(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> 
 
 
 def input_element(ctx: Context, node: ast.expr) -> Input:
-    """`x.peer.element` and nothing else."""
+    """Type `x.peer.element`; raises `ExprError` for anything else."""
     match node:
         case ast.Attribute(value=ast.Attribute(value=ast.Name(id="x"), attr=peer), attr=element):
             pass

@@ -124,13 +124,13 @@ def _diagonal_laws(of: SolverTerms, result: Any, *args: Any) -> Iterator[Any]:
 
 
 def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """Each argument in turn, of a function that chooses one of them."""
+    """Yield this value for each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
         yield index, value
 
 
 def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`hypot(a, b)`, by what it lies above the other one; else all of it along the first axis."""
+    """Yield arguments of `hypot(a, b)`: one by the other, or all of it along the first axis."""
     for index, other in ((0, now[1]), (1, now[0])):
         if value >= abs(other):
             yield index, math.sqrt(value - other) * math.sqrt(value + other)
@@ -139,7 +139,7 @@ def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Ar
 
 
 def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`floor(a)`, `round(a)` and `float(a)`."""
+    """Yield the argument of `floor(a)`, `round(a)` or `float(a)` that has this value."""
     yield 0, _typed(types[0], value)
 
 

@@ -83,7 +83,7 @@ _UNENCODABLE = re.compile("[\0\ud800-\udfff]")
 
 
 def parse(text: str, *, own: bool = False) -> ast.expr:
-    """The syntax tree of an expression; raises `ExprError` with offsets into `text`.
+    """Parse an expression; raises `ExprError` with offsets into `text`.
 
     Its parts count as parts of the run. It is the caller's `own` to change, or nobody's.
     """
@@ -97,7 +97,7 @@ def parse(text: str, *, own: bool = False) -> ast.expr:
 
 
 def count_parts(parts: int, start: int, end: int) -> None:
-    """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
+    """Count parts that are about to be typed; raises `ExprError` beyond the budget."""
     if not spend("parts", parts):
         is_first = remaining("parts") + parts >= 0
         code = "E0017" if is_first else FOLLOW_UP
@@ -105,7 +105,7 @@ def count_parts(parts: int, start: int, end: int) -> None:
 
 
 def parse_syntax(text: str) -> ast.expr:
-    """The syntax tree of anything that Python takes for an expression, within bounds."""
+    """Parse any expression of Python, within bounds."""
     return _read(text)[0]
 
 
@@ -222,7 +222,7 @@ def _children(node: ast.AST) -> list[ast.AST]:
 
 
 def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
-    """Turn columns in bytes of `line` into offsets in characters of the text around it."""
+    """Convert offsets in bytes of `line` into offsets in characters of the text around it."""
     offsets = [lead + i for i, char in enumerate(line) for _ in char.encode()]
     offsets.append(lead + len(line))
     for node in nodes:
@@ -250,12 +250,12 @@ def _check_constant(node: ast.Constant) -> None:
 
 
 def _refuse_comment(constants: list[ast.Constant], line: str) -> None:
-    """Without line breaks a comment would swallow what follows it."""
+    """Refuse a comment, which would swallow what follows it once line breaks are removed."""
     texts = [span(constant) for constant in constants]
-    for place, char in enumerate(line):
-        if char == "#" and not any(start <= place < end for start, end in texts):
+    for offset, char in enumerate(line):
+        if char == "#" and not any(start <= offset < end for start, end in texts):
             help = "write it as `title:` beside the expression"
-            raise ExprError("an expression has no comments", place, len(line), help, "E0301")
+            raise ExprError("an expression has no comments", offset, len(line), help, "E0301")
 
 
 def _unsupported_error(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
@@ -267,5 +267,5 @@ def _unsupported_error(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
 
 
 def span(node: ast.expr | ast.keyword) -> tuple[int, int]:
-    """Where a node of a parsed tree stands in its text."""
+    """The offsets of a parsed node in its text."""
     return node.col_offset, node.end_col_offset or node.col_offset

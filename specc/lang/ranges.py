@@ -32,13 +32,13 @@ def as_floats(a: Range) -> Range:
 
 
 def as_integers(a: Range) -> Range:
-    """The range with ends that are whole numbers, of which sums are exact."""
+    """The range with integers as its ends, whose sums are exact."""
     low, high = (end if math.isinf(end) else int(end) for end in _within_floats(a))
     return low, high
 
 
 def _within_floats(a: Range) -> Range:
-    """The range with ends that a float can have, or infinity."""
+    """Limit the ends of a range to those of floats, or infinity."""
     low, high = a
     return (
         -math.inf if low < -_LARGEST else min(low, _LARGEST),
@@ -52,7 +52,7 @@ def range_of_value(value: float) -> Range:
 
 
 def apply(operation: Operation, parts: Iterable[Range]) -> Range:
-    """What an operation gives; anything where it fails in some cases."""
+    """Apply an operation to ranges; any number is possible where it fails."""
     try:
         low, high = operation(*parts)
         return ANY if math.isnan(low) or math.isnan(high) else _within_floats((low, high))
@@ -61,12 +61,12 @@ def apply(operation: Operation, parts: Iterable[Range]) -> Range:
 
 
 def intersection(a: Range, b: Range) -> Range:
-    """What lies in two ranges."""
+    """The intersection of two ranges."""
     return max(a[0], b[0]), min(a[1], b[1])
 
 
 def union(*of: Range) -> Range:
-    """The range that all these lie in."""
+    """The smallest range that contains all of these."""
     return least(*of)[0], greatest(*of)[1]
 
 

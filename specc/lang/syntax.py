@@ -65,7 +65,7 @@ def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
 
 
 def _implies_as_calls(text: str) -> tuple[str, list[int]]:
-    """The text with each `p implies q` as `implies(p, q)`, and whence each character comes.
+    """Write each `p implies q` as `implies(p, q)`, and give each character's original offset.
 
     It binds weaker than anything else and to the right: `p implies (q implies r)`.
     """
@@ -79,19 +79,19 @@ def _implies_as_calls(text: str) -> tuple[str, list[int]]:
 
     done = 0
     for token in _TOKEN.finditer(text):
-        place, word = token.start(), token[0]
-        out += [(char, done + i) for i, char in enumerate(text[done:place])]
+        offset, word = token.start(), token[0]
+        out += [(char, done + i) for i, char in enumerate(text[done:offset])]
         done = token.end()
         if word == "implies" and any(not char.isspace() for char, _ in out[operand_starts[-1] :]):
             first = out[operand_starts[-1]][1]
             out[operand_starts[-1] : operand_starts[-1]] = [(char, first) for char in "implies("]
-            out.append((",", place))
+            out.append((",", offset))
             open_calls[-1] += 1
             operand_starts[-1] = len(out)
             continue
         if word in (")", "]", "}", ",", "for"):  # of a quantifier: what it says is over
-            close(place)
-        out += [(char, place + i) for i, char in enumerate(word)]
+            close(offset)
+        out += [(char, offset + i) for i, char in enumerate(word)]
         if word in "([{":
             operand_starts.append(len(out))
             open_calls.append(0)
@@ -136,7 +136,7 @@ class _Expander(ast.NodeTransformer):
     parts: int = 0
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """`all`, `any`, `argmin` and `argmax` over a group, and its `len`."""
+        """Write out `all`, `any`, `argmin` or `argmax` over a group, or the `len` of one."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         match node.args:
             case [over] if name == LENGTH and (group := self.group(over)) is not None:
@@ -149,7 +149,7 @@ class _Expander(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        """One member of a group: `x.robots[1]`, `x.cells[1][2]`."""
+        """Replace one member of a group by its peer: `x.robots[1]`, `x.cells[1][2]`."""
         over: ast.expr = node
         numbers: list[ast.expr] = []
         while isinstance(over, ast.Subscript):
@@ -184,7 +184,7 @@ class _Expander(ast.NodeTransformer):
             raise ExprError(message, *span(node), _USES[self.root].format(name), "E0238")
 
     def group(self, node: ast.expr) -> Members | None:
-        """The group that a node names."""
+        """The group that a node names; None if it names none."""
         match node:
             case ast.Attribute(value=ast.Name(id=self.root), attr=name):
                 return self.groups.get(name)
@@ -195,7 +195,7 @@ class _Expander(ast.NodeTransformer):
     def _expand(
         self, body: ast.expr, variable: str, group: Members, whole: ast.Call
     ) -> list[ast.expr]:
-        """The body for each member."""
+        """Write the body out for each member."""
         name = whole.func.id if isinstance(whole.func, ast.Name) else ""
         is_compared = name in _COMPARED_NAMES and len(group) <= _MAX_COMPARED
         times = len(group) if is_compared else 1
@@ -229,7 +229,7 @@ def _is_whole(value: object) -> TypeGuard[int]:
 
 @dataclass(eq=False, slots=True)
 class _Substitution(ast.NodeTransformer):
-    """Puts one member in the place of the variable: a peer, or its number where it stands alone.
+    """Replaces a variable by one member: by its peer, or by its number where it stands alone.
 
     What is observed is a value where it stands alone.
     """
@@ -247,7 +247,7 @@ class _Substitution(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
-        """A quantifier inside, whose variable hides this one if it has the same name."""
+        """Substitute in a quantifier, unless its variable hides this one."""
         first = node.generators[0]
         if not isinstance(first.target, ast.Name) or first.target.id != self.variable:
             return self.generic_visit(node)
@@ -261,11 +261,11 @@ class _Substitution(ast.NodeTransformer):
         return _peer(self.root, self.peer, node) if is_value else _member_number(self.at, node)
 
 
-def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
+def _peer(root: Root, name: str, node: ast.expr) -> ast.expr:
     if not root:
-        return ast.copy_location(ast.Name(name, ast.Load()), at)
-    above = ast.copy_location(ast.Name(root, ast.Load()), at)
-    return ast.copy_location(ast.Attribute(above, name, ast.Load()), at)
+        return ast.copy_location(ast.Name(name, ast.Load()), node)
+    above = ast.copy_location(ast.Name(root, ast.Load()), node)
+    return ast.copy_location(ast.Attribute(above, name, ast.Load()), node)
 
 
 def _member_number(indices: tuple[int, ...], node: ast.expr) -> ast.expr:
@@ -302,13 +302,13 @@ def _as_choice(
             raise ExprError(message, *span(node), help, "E0017")
         numbers = [_member_number(at, node) for at in group]
         found = numbers[-1]
-        for place in range(len(bodies) - 2, -1, -1):
+        for index in range(len(bodies) - 2, -1, -1):
             better: list[ast.expr] = [
-                ast.copy_location(ast.Compare(bodies[place], [op()], [other]), node)
-                for other in bodies[place + 1 :]
+                ast.copy_location(ast.Compare(bodies[index], [op()], [other]), node)
+                for other in bodies[index + 1 :]
             ]
             test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
-            found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
+            found = ast.IfExp(ast.copy_location(test, node), numbers[index], found)
             found = ast.copy_location(found, node)
         return found
 

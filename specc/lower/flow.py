@@ -207,11 +207,11 @@ class Flows:
         self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
 
     def first_period(self) -> BehaviourRun:
-        """The first period: the behaviour of the initial state, no conditions."""
+        """Build the first period: the behaviour of the initial state, no conditions."""
         return self._enter(self._subsystem.initial_state, is_entry=True)
 
     def state_flow(self, state: str) -> Flow:
-        """The work cycle of a state: error has priority over the terminal condition (2.4)."""
+        """Build the work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
         return self._check(state, behaviour.endings)
 

@@ -16,7 +16,7 @@ from specc.analysis.ros2 import (
     named_frames,
     part_of,
     published_value,
-    short,
+    short_message_type,
 )
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
@@ -108,7 +108,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     first = (
         f"{binding.device}.{binding.element}",
         where,
-        short(binding.message) or _TF,
+        short_message_type(binding.message) or _TF,
         part.shape,
     )
     return call(imports.runtime_name("Ros2Topic"), (*map(literal, first), *keyword_arguments(told)))
@@ -253,14 +253,17 @@ def _bindings_by_kind(
     found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
     for binding in _all_bindings(system):
         if type_ := types.get((binding.device, binding.element)):
-            arguments = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
+            arguments = (
+                *_sensor(binding, functions),
+                *_contract_arguments(binding, type_, contracts),
+            )
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
             arguments = (
                 literal(f"{binding.device}.{binding.element}"),
                 *keyword_arguments({"actuators": binding.actuators, "joints": binding.joints}),
-                *_through(binding, functions),
+                *_through_argument(binding, functions),
             )
             found["actuators"].append(call(imports.runtime_name("ActuatorBinding"), arguments))
     return found
@@ -276,7 +279,7 @@ def _all_bindings(system: System) -> Iterator[Binding]:
             yield Binding(device, element.name, element.place)
 
 
-def _through(binding: Binding, functions: Functions) -> Iterator[str]:
+def _through_argument(binding: Binding, functions: Functions) -> Iterator[str]:
     if binding.through:
         yield f"through={functions.use(binding.through)}"
 
@@ -285,7 +288,7 @@ def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(f"{binding.device}.{binding.element}")
     parts = ("joints", "sensors", "actuators", "camera", "image")
     yield from keyword_arguments({part: getattr(binding, part) for part in parts})
-    yield from _through(binding, functions)
+    yield from _through_argument(binding, functions)
     yield from keyword_arguments(
         {
             "noise": binding.noise,
@@ -297,7 +300,7 @@ def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     )
 
 
-def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
+def _contract_arguments(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
     yield f"contract={contracts.of(type_)}"
     yield f"declared={literal(str(type_))}"
     if isinstance(type_, Vector) and type_.size == 1:

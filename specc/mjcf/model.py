@@ -51,14 +51,14 @@ class ModelFiles:
     texts: tuple[str, ...] = ()
     """MJCF: the model itself, and what it includes and attaches."""
     assets: tuple[tuple[str, ...], ...] = ()
-    """Meshes and the like; of each one the places that may be meant and have a file."""
+    """Meshes and the like; of each one the possible paths that exist."""
     unused: tuple[str, ...] = ()
     """Files that are there and named in the texts, but that MuJoCo does not open."""
 
     @property
     def possible(self) -> tuple[str, ...]:
         """All places where a file may be."""
-        return (*self.texts, *(place for places in self.assets for place in places))
+        return (*self.texts, *(path for paths in self.assets for path in paths))
 
     def used(self, opened: Collection[str]) -> tuple[str, ...]:
         """The files that the model uses.
@@ -70,13 +70,13 @@ class ModelFiles:
         """
         real = set(map(os.path.realpath, opened)) - set(map(os.path.realpath, self.unused))
         chosen: list[str] = []
-        for places in self.assets:
-            if len(places) > 1:
-                matching = [place for place in places if os.path.realpath(place) in real]
+        for paths in self.assets:
+            if len(paths) > 1:
+                matching = [path for path in paths if os.path.realpath(path) in real]
                 if not matching:
-                    raise ModelError(f"{places[0]} may be {places[1]} as well: name one folder")
-                places = (matching[0],)
-            chosen += places
+                    raise ModelError(f"{paths[0]} may be {paths[1]} as well: name one folder")
+                paths = (matching[0],)
+            chosen += paths
         return (*self.texts, *dict.fromkeys(chosen))
 
 

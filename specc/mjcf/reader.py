@@ -209,36 +209,41 @@ class Assets:
                 self._models.append((attributes.get("name", ""), attributes.get("file", "")))
 
     def paths(self, base: str) -> Iterator[tuple[str, bool]]:
-        """Where the files may be for a model in the folder `base`; whether MuJoCo opens them."""
+        """Yield the possible paths of files, and whether MuJoCo opens them.
+
+        `base` is the folder.
+        """
         for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
-            yield from ((place, is_opened) for place in self._places(base, tag, file))
+            yield from ((path, is_opened) for path in self._possible_paths(base, tag, file))
 
     def existing(self, base: str) -> list[tuple[str, ...]]:
         """For each opened file, those of its possible paths that exist.
 
         Files without any are left out.
         """
-        places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
-        return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
+        candidates = [
+            self._possible_paths(base, tag, file) for tag, file, opened in self._files if opened
+        ]
+        return [found for each in candidates if (found := tuple(filter(os.path.isfile, each)))]
 
     def unopened(self, base: str) -> Iterator[str]:
-        """Files that are there and that are named where MuJoCo does not look."""
+        """Yield existing files that are named where MuJoCo does not look."""
         for tag, file, is_opened in self._files:
             if not is_opened:
-                yield from filter(os.path.isfile, self._places(base, tag, file))
+                yield from filter(os.path.isfile, self._possible_paths(base, tag, file))
 
     def missing(self, base: str) -> Iterator[str]:
-        """What is in none of the places where it may be, in words."""
+        """Yield a phrase for each file that is at none of its possible paths."""
         for tag, file, is_opened in self._files:
-            if is_opened and not any(map(os.path.isfile, self._places(base, tag, file))):
+            if is_opened and not any(map(os.path.isfile, self._possible_paths(base, tag, file))):
                 yield f"the {_KINDS.get(tag, 'file')} {file}"
 
     def models(self, base: str) -> Iterator[tuple[str, str]]:
-        """The models to attach: a name, which may be empty, and where the file may be."""
+        """Yield the models to attach: a name, which may be empty, and a possible path."""
         for name, file in self._models:
-            yield from ((name, path) for path in self._places(base, "model", file))
+            yield from ((name, path) for path in self._possible_paths(base, "model", file))
 
-    def _places(self, base: str, tag: str, file: str) -> list[str]:
+    def _possible_paths(self, base: str, tag: str, file: str) -> list[str]:
         name = os.path.basename(file) if self._stripped else file
         own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())
         folders = own | self._folders.get("assetdir", set())
@@ -407,7 +412,7 @@ class _ModelReader:
                 assets.update(existing)
                 missing |= dict.fromkeys(model_text.assets.missing(model_text.base))
             else:  # MuJoCo reads its text and goes no further
-                unused.update(place for places in existing for place in places)
+                unused.update(path for paths in existing for path in paths)
             unused.update(model_text.assets.unopened(model_text.base))
         texts = tuple(sorted(self._paths))
         return ModelFiles(texts, tuple(sorted(assets)), tuple(sorted(unused))), tuple(missing)

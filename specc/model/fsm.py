@@ -159,7 +159,7 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class Axiom:
-    """What the designer asks the proofs to take for granted, with the reason."""
+    """An assumption that the proofs may use, with the designer's reason."""
 
     that: Expr
     because: str

@@ -126,7 +126,7 @@ def expressions_in(formula: TemporalFormula) -> Iterator[Expr]:
 
 
 def horizon_s(formula: TemporalFormula) -> Fraction:
-    """The time in s after a tick at which the truth of the formula at that tick is known."""
+    """The time in s after a tick when the truth of the formula at that tick is known."""
     if isinstance(formula, TickCondition):
         return Fraction(0)
     own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_future else Fraction(0)
@@ -141,7 +141,7 @@ def span_of(formula: TemporalFormula) -> Offsets:
 
 
 def antecedent(formula: TemporalFormula) -> TemporalFormula | None:
-    """The condition under which a formula is asked: at other ticks it holds vacuously.
+    """The condition without which a formula holds vacuously at a tick.
 
     None if it is asked at every tick.
     """

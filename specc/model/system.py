@@ -19,7 +19,7 @@ from specc.source import Place
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """What stands behind one element of a device in the plant."""
+    """What the plant binds to one element of a device."""
 
     device: str
     element: str
@@ -107,7 +107,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class SafeOutput:
-    """What a device gets when a run ends: `value`, or `otherwise` if that fails.
+    """The value that a device gets when a run ends: `value`, or `otherwise` if that fails.
 
     In both, memory is what the device reported last.
     """
@@ -408,13 +408,13 @@ class System:
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
-        """All that is said of runs: requirements, triggers, and formulas that have names."""
+        """All formulas about runs: requirements, triggers, and formulas that have names."""
         named = (each.formula for each in self.formula_lets if each.formula is not None)
         return (*self.requirements, *self.triggers, *named)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:
-        """The formulas that disturbances wait for, in their order; last the one that ends a run."""
+        """The formulas that disturbances wait for, in order; last the one that ends a run."""
         disturbances = self.task.disturbances if self.task else ()
         return tuple(filter(None, (*(each.when for each in disturbances), self.stop_when)))
 

@@ -112,7 +112,7 @@ class Disturbance:
     place: Place
 
     def actions_on(self, *subjects: Subject) -> Iterator[tuple[Verb, DisturbanceAction]]:
-        """What is done to some subjects, or to all if none are given."""
+        """The actions on some kinds of subjects, or all actions if none are given."""
         for action in self.actions:
             verb = VERBS[action.verb]
             if not subjects or verb.subject in subjects:
@@ -120,17 +120,17 @@ class Disturbance:
 
     @property
     def subject(self) -> str:
-        """What it does to what: `block elbow, shift box.x`."""
+        """The verbs with their subjects: `block elbow, shift box.x`."""
         return ", ".join(sorted(f"{action.verb} {action.name}" for action in self.actions))
 
     @property
     def numbers(self) -> tuple[Draw, ...]:
-        """All that is drawn for it."""
+        """All draws of the disturbance."""
         return (*self.times, *(draw for action in self.actions for draw in action.numbers))
 
     @property
     def times(self) -> tuple[Draw, ...]:
-        """When it happens, how often and for how long."""
+        """The draws that say when it happens, how often and for how long."""
         drawn = self.at, self.every, self.probability, self.duration
         return tuple(draw for draw in drawn if draw is not None)
 

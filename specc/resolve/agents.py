@@ -183,7 +183,7 @@ class AgentResolver:
         )
         found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]
         if found:
-            inner = all(_only_inside(finding, here) for finding in found)
+            inner = all(_leaves_interface_known(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
         elif findings.suppressed > suppressed:
             self.faulty.add(resolved.qualified_name)
@@ -303,7 +303,7 @@ def _first_with(
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: YamlNode) -> bool:
+def _leaves_interface_known(finding: Diagnostic, subsystem: YamlNode) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

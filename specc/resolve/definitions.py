@@ -63,7 +63,7 @@ class OpenSize(int):
 
 
 def inlined(expr: Expr, constants: Mapping[str, Constant], skip: Collection[str] = ()) -> Expr:
-    """`expr` with the values of constants in the place of their names, but for those in `skip`.
+    """Replace constants in `expr` by their values, except for those in `skip`.
 
     Raises:
         ExprError: the values have too many parts; constants of constants can stand for billions.
@@ -189,7 +189,7 @@ class Definitions:
     """Whether the parameters are indices, and all other constants those of the file."""
 
     def add(self, constant: Constant) -> None:
-        """Take in a constant, which those after it may name."""
+        """Add a constant, which later ones may name."""
         self.constants[constant.name] = constant
         self.declared[constant.name] = Declaration(
             constant.value.type, constant.place, constant.value
@@ -239,7 +239,7 @@ class Definitions:
         return False
 
     def absorb(self, other: Definitions, findings: Findings) -> None:
-        """Take in the definitions of a file that this one uses."""
+        """Add the definitions of a file that this one uses."""
         self.broken |= other.broken
         self.frame_titles |= other.frame_titles
         for label, place in other.places.items():

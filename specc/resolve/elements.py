@@ -58,7 +58,7 @@ def with_safe(
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
-    """What the device accepts, with the safe values that are declared in `where`, its `x`."""
+    """Add the safe values declared in `where`, its `x`, to the elements that a device accepts."""
     found, findings = [], expressions.findings
     constants = constant_scope(expressions.definitions)
     scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
@@ -123,7 +123,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 def all_elements(
     buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], InterfaceRef | None]:
-    """The elements of a buffer: those of its interface, if that is known, and its own."""
+    """The elements of a buffer: those of its interface, if it is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
         return found, None

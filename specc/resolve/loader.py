@@ -51,7 +51,7 @@ class Loader:
         return self._files[real]
 
     def set_values(self, values: Mapping[str, str]) -> dict[str, YamlNode]:
-        """Texts of the command line that stand in place of those of constants, by name."""
+        """Note the texts of the command line as a source; returns a node for each, by name."""
         if values:
             self.sources.add(on_command_line(values))
         return {name: YamlNode(SET, (name,), text) for name, text in values.items()}
@@ -129,7 +129,7 @@ class Loader:
 
 
 def _at_use(finding: Diagnostic, named_at: YamlNode | None) -> Diagnostic:
-    """A file that gives no text is best shown where it is named."""
+    """Move a finding about a file without text to the place where the file is named."""
     if named_at is None:
         return finding
     if finding.code in _WITHOUT_TEXT:

@@ -42,7 +42,7 @@ def resolve_task(
     given: SetValues,
     condition: ReadFormula,
 ) -> Task:
-    """The task with its disturbances; unknown names in it are reported.
+    """Resolve the task with its disturbances; unknown names in it are reported.
 
     What is not in a subsystem that is `broken` may be missing only because of its errors.
     """
@@ -104,7 +104,7 @@ def _look_up(
 def _report_no_row(
     subsystem: Subsystem, definition: TaskDef, at: YamlNode, findings: Findings
 ) -> None:
-    """E0514; a state without any row that can end is not finished, which is said of it."""
+    """Report E0514; a state without any row that can end is reported as unfinished."""
     source, target = definition.cycle.source, definition.cycle.target
     targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
     when = subsystem.state(source).behaviour.terminal.when
@@ -143,7 +143,7 @@ def _starts(
 
 
 def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
-    """A number that is drawn, with what it is of; None after reporting."""
+    """Resolve a number that is drawn, with its unit; None after reporting."""
     findings, texts = expressions.findings, list(_texts(item, at))
     if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
@@ -306,7 +306,7 @@ class _DisturbanceReader:
 
 
 def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
-    """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
+    """Why no action can follow a formula at once, and a help text; None if one can."""
     if trigger.holds_always:
         return f"{what} cannot {does} when something holds always", "leave out `always`"
     if has_future(trigger.formula):

@@ -95,7 +95,7 @@ _VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
 
 
 def uses_in(meaning: Meaning) -> Iterator[Use]:
-    """The names in an expression; in one that has errors, the names whose spelling is enough."""
+    """Yield the names in an expression; with errors, only those whose spelling is enough."""
     text = _Text(meaning)
     return text.guessed() if meaning.expr is None else text.named(meaning.expr, {})
 

@@ -48,7 +48,7 @@ class SingleItem(list[Any]):
 
 
 def route_below(value: object, key: str | int, route: Route) -> Route:
-    """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
+    """The route of the value at `key` of a mapping or list, which stands at `route` itself."""
     routes = value.routes if isinstance(value, (Desugared, SingleItem)) else {}
     return routes.get(key, (*route, key))
 
@@ -68,7 +68,7 @@ def desugar(
 
 
 def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
-    """The mapping or the list that a short form or a row stands for; any other value as it is."""
+    """Expand a short form or a row to the mapping or list that it stands for."""
     if isinstance(kind, ListKind) and type(value) in kind.form.single:
         return SingleItem(value, route)
     if not is_model(kind):
@@ -164,7 +164,7 @@ class _Desugaring:
     def _copies(
         self, node: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
-        """Name and value of each copy of a part; without braces, the indices end the name."""
+        """Yield name and value of each copy of a part; without braces, indices are appended."""
         self.has_copies = True
         ranges = self._ranges(value[FOR], (*at, FOR), around)
         if ranges is None:

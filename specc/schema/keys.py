@@ -301,7 +301,7 @@ def _key(attribute: str, field: FieldInfo) -> Key:
 
 
 def about(kind: ValueKind) -> str:
-    """What is known of all values of a kind, in words."""
+    """A description of all values of a kind."""
     if isinstance(kind, Text):
         return kind.about
     return " ".join((kind.__doc__ or "").split()) if is_model(kind) else ""
@@ -355,7 +355,7 @@ _TOKENS = re.compile(r"[~/]?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|~/[A-Za-z_]\w*(/[A-Za-z
 
 
 def topic_fault(value: str) -> Fault | None:
-    """Why a text is no name of a topic or an action, and a way out."""
+    """Why a text is not a name of a topic or an action, and a help text."""
     # What rcl takes, but for substitutions: validate_topic_name.c of ROS 2.
     if _TOKENS.fullmatch(value) and "__" not in value and not value.endswith("_"):
         return None
@@ -370,14 +370,14 @@ def _node_fault(value: str) -> Fault | None:
 
 
 def message_fault(value: str) -> Fault | None:
-    """Why a text is no type of messages or of an action, and a way out."""
+    """Why a text is not a type of messages or of an action, and a help text."""
     if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action)/)?[A-Z][A-Za-z0-9]*", value):
         return None
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 
 
 def _quantity(about: str, *examples: str) -> Text:
-    """A number with its unit."""
+    """A text kind for a number with its unit."""
     return Text(about=about, quantity=True, examples=examples)
 
 
