@@ -127,7 +127,7 @@ class Facts:
 
     @cached_property
     def constants_without_value(self) -> tuple[tuple[Constant, str], ...]:
-        """Constants and parameters without a value, with the reason; those at one place once."""
+        """Constants and parameters without a value, each with the reason; one finding per place."""
         lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
         found = (none for constants in lists for none in constants_without_value(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())

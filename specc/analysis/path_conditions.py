@@ -69,7 +69,7 @@ class Guards(Generic[K]):
         self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
     def parts(self, expr: Expr, known: K) -> list[GuardedPart[K]]:
-        """The parts of an expression and of the lets that it names, where `known` is known."""
+        """Find the parts of an expression and its lets, each with what is known where it stands."""
         walk = _Walk(self)
         walk.follow(expr, known, None)
         below = len(self.ranks)

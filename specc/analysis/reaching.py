@@ -56,7 +56,7 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 
 def component(expr: Expr, index: int) -> Expr:
-    """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
+    """The number at an index of a vector; arithmetic on vectors becomes arithmetic on numbers."""
     components = _vector(expr.type).components
     type_ = components[index] if index < len(components) else expr.type
     match expr:
@@ -148,7 +148,7 @@ class ReachingDefinitions:
     def sent(
         self, subsystem: Subsystem, target: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
-        """What states assign to an output, by peer and element, or to memory of the peer ""."""
+        """Yield what states assign to an output (peer, element), or to memory with the peer ""."""
         behaviours = {s.behaviour.name: s.behaviour for s in subsystem.states}.values()
         every = (item for behaviour in behaviours for item in behaviour.assignments)
         writing = {id(item): item for item in every if (item.peer, item.name) == target}

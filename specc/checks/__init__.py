@@ -140,7 +140,7 @@ def run_checks(
     *,
     sound: bool = True,
 ) -> tuple[list[Diagnostic], Facts]:
-    """All findings about a system, and what was found out on the way.
+    """Run all checks; returns the findings and the facts about the system.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
@@ -162,7 +162,7 @@ _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
 def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
-    """The findings, of dead parts only those that are dead in all uses of a description.
+    """Drop findings about dead parts that are alive in another use of their description.
 
     A row that one value of a parameter excludes is there for the other values.
     """

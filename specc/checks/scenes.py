@@ -189,7 +189,9 @@ class _Sampling:
         self._grid = gcd(*self._periods)
 
     def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Silence]:
-        """All silences, a repeated one as often as there are silences, each of which may join two.
+        """Yield all silences.
+
+        Repeated ones are copied for each silence, since each may join two.
 
         Repetitions may begin at any time; two are one if there may be no sample between them.
         """
@@ -303,12 +305,12 @@ class _Sampling:
 
 
 def _end(row: list[_Silence]) -> float:
-    """The tick at which all are over at the latest."""
+    """The tick at which all silences are over at the latest."""
     return max(
         inf if span.ticks is None or span.last is None else span.last + span.ticks for span in row
     )
 
 
 def _exact(seconds: float) -> Fraction:
-    """The intended decimal, to the resolution of run times."""
+    """The intended decimal number of seconds, to the resolution of run times."""
     return Fraction(seconds).limit_denominator(10**9)

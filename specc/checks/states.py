@@ -183,7 +183,7 @@ class RowNeeds:
         self.predecessors = grouped((step.row.target, step) for step in machine.edges)
 
     def needed(self, row: Transition) -> Implicants:
-        """What must be fresh for a row to be taken."""
+        """The implicants of a row: inputs that must be fresh for it to be taken."""
         end = self.subsystem.state(row.source).behaviour.ending(row.cause)
         key = row.cause, end.name, row.condition.name
         if key not in self._of_rows:
@@ -246,7 +246,7 @@ class Waiting:
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
     def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
-        """States that wait for a sender that may rest, what they need of it, and where it rests."""
+        """Yield states that wait for a sender that may rest, what they need, and where it rests."""
         rows = self._needs_of(reader)
         for state in reader.subsystem.states:
             found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
@@ -268,7 +268,7 @@ class Waiting:
         return self._needs[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
-        """The needs that several states share."""
+        """The `Wait` that states with these needs share; None if the wire has no sender."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
             if wire.peer_subsystem is None or wire.peer_port is None:

@@ -33,7 +33,7 @@ _KINDS = {
 
 
 def _named(parts: Iterable[Expr]) -> set[str]:
-    """The definitions that parts of expressions name."""
+    """The names of definitions that parts of expressions use."""
     kinds = ((_KINDS[type(part)], part) for part in parts if type(part) in _KINDS)
     return {f"{kind} {name(part)}" for (kind, name), part in kinds}
 

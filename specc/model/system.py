@@ -56,8 +56,10 @@ PLANT: Final = "plant"
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """What others in ROS can watch: `agent.subsystem` its state, `agent.subsystem.y.peer.element`
-    what it sends."""
+    """A state or an output that is published in ROS.
+
+    It is named `agent.subsystem` or `agent.subsystem.y.peer.element`.
+    """
 
     name: str
     place: Place
@@ -340,7 +342,7 @@ class Agent:
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """What stands behind the devices: the MJCF file `model`, what `python` makes, or `ros2`."""
+    """What simulates or drives the devices: an MJCF `model`, an object of `python`, or `ros2`."""
 
     model: str
     python: str

@@ -113,7 +113,7 @@ def _memory(
 def _lets(
     definition: SubsystemDef, where: YamlNode, scope: Scope, expressions: Expressions
 ) -> tuple[tuple[Let, ...], Scope]:
-    """Lets in order of dependence, and the scope with all of them.
+    """Resolve lets in order of dependence; returns also the scope with all of them.
 
     One that depends on itself is reported with its cycle. `scope` is what a let may name.
     """
@@ -156,7 +156,7 @@ def _lets(
 
 
 def _used_lets(text: str, definition: SubsystemDef) -> list[str]:
-    """The lets that a text names; none if it has an error, which is reported later."""
+    """The lets that a text names; empty if it has an error, which is reported later."""
     try:
         names = names_in(parse(text))
     except ExprError:

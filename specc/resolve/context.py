@@ -121,7 +121,7 @@ class Findings:
     _lacking: dict[object, int] = field(default_factory=dict)
 
     def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-        """Those findings that do not depend on names in a file that cannot be read."""
+        """The findings that do not depend on names in a file that cannot be read."""
         return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
     def use(
@@ -285,7 +285,7 @@ _OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 
 
 def suggest(name: str, known: list[str]) -> str:
-    """A way out for an unknown name: `did you mean ...?`, or what there is."""
+    """A help text for an unknown name: `did you mean ...?`, or the known names."""
     close = nearest(name, known)
     if close:
         return "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
@@ -341,7 +341,7 @@ def duration_in(
 
 
 def file_hint(path: str, relative: str) -> str:
-    """A way out for a path that leads nowhere: what lies beside it under a similar name."""
+    """A help text for a path without a file: similar names beside it."""
     folder, name = os.path.split(path)
     try:
         close = nearest(name, os.listdir(folder or "."))
@@ -367,7 +367,7 @@ def quantity(text: str) -> tuple[Fraction, str] | None:
 
 
 def in_unit(text: str, unit: str) -> str:
-    """A value as written; a number without a unit gets this one, if it is not empty."""
+    """A value as written; a number without a unit gets this one, unless it is empty."""
     found = quantity(text) if unit else None
     return text if found is None or found[1] else f"{text.strip()}[{unit}]"
 
@@ -385,7 +385,7 @@ class SetValues:
     units: dict[str, str] = field(default_factory=dict)
 
     def of(self, name: str, written: str, declared: Type | None = None) -> YamlNode | None:
-        """The text to take instead of what a file has for a name, if there is one.
+        """The text of the command line that replaces a value of a file, if there is one.
 
         Parameters of copies have a name that is their own, and one that they share.
         What has a name first keeps it: descriptions that use others come before these.

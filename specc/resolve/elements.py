@@ -88,7 +88,7 @@ def with_safe(
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
-    """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
+    """Whether a value calls an operator, reads a file, or uses what may be missing."""
     constants = expressions.definitions.constants
     names = reachable(
         (name for name in constant_names(value) if name in constants),
