@@ -210,7 +210,7 @@ class PresentValues:
         prover: Prover,
         dependences: Dependences,
     ) -> None:
-        """`rows` may be taken."""
+        """`rows` are those that can be taken."""
         self._subsystem = subsystem
         self._rows = rows
         self._prover = prover
