@@ -31,8 +31,8 @@ PHASES: Places = {
     "resolve": ((pipeline, "resolve"),),
     "check": ((specc.checks, "run_checks"),),
     "lower": ((specc.lower, "lower"),),
-    "fill templates": ((specc.emit, "filled"),),
-    "format": ((specc.emit, "formatted"),),
+    "fill templates": ((specc.emit, "fill_templates"),),
+    "format": ((specc.emit, "format_files"),),
 }
 WHOLE = "all"
 BARE, PYDANTIC = "python -c pass", "import pydantic"

@@ -116,7 +116,7 @@ def _unsafe(sheet: Sheet) -> Iterator[Seed]:
 
 FAULTS = (
     fault("what is said of sporadic samples elsewhere", "E0505", _samples),
-    fault("what is no length of time", "E0107", _no_times),
+    fault("what is no length of time", "E0104", _no_times),
     fault("samples that come too late", "E0410", _too_old, several=Follows.LATE),
     fault("samples that may never come", "W0416", _any_age, several=Follows.LATE),
     fault(

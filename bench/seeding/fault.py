@@ -99,17 +99,7 @@ class Fault:
 _MAY_COME = frozenset(
     {
         "E0201",
-        "E0203",
-        "E0204",
-        "E0209",
-        "E0212",
-        "E0214",
-        "E0215",
-        "E0216",
-        "E0217",
-        "E0218",
-        "E0220",
-        "E0503",
+        "E0502",
     }
 )
 """Codes of names that are unknown; where no known one is near, that is an open point."""

@@ -22,7 +22,7 @@ _POSITION = re.compile(r"\bposition\(([\w.]+)\)")
 _MOVED = re.compile(r"\b(X_\w+) @ ")
 _POINT = re.compile(r"\bpoint\[(\w+)\]")
 _READS = "E0701 E0702 E0705 W0415 W0416"
-_TYPES = "E0310 E0311 E0312 E0313 E0315 E0316 E0317 E0318 E0320"
+_TYPES = "E0310 E0311 E0312 E0313 E0315 E0316 E0317 E0318 E0201"
 
 
 def _named(sheet: Sheet) -> Iterator[tuple[Route, TextNode, str]]:
@@ -230,10 +230,10 @@ def _no_agents(sheet: Sheet) -> Iterator[Seed]:
 
 
 FAULTS = (
-    fault("misspelt interface", "E0236", _misspelt),
+    fault("misspelt interface", "E0201", _misspelt),
     fault(
         "another interface at one end",
-        "E0404 E0405 E0203 E0214",
+        "E0404 E0405 E0201",
         _exchanged,
         several=Follows.EVERY_USE,
         abroad=True,
@@ -241,14 +241,14 @@ FAULTS = (
     fault("wrong number of frames of an interface", "E0237", _frames),
     fault(
         "element missing in an interface",
-        "E0203 E0214",
+        "E0201",
         _gone,
         several=Follows.EVERY_USE,
         abroad=True,
     ),
     fault(
         "element of an interface renamed",
-        "E0203 E0214",
+        "E0201",
         _renamed,
         several=Follows.EVERY_USE,
         abroad=True,
@@ -283,5 +283,5 @@ FAULTS = (
     fault(
         "frame error in the type of a point", _TYPES, _frames_of_points, several=Follows.EVERY_USE
     ),
-    fault("agent that is none", "E0218", _no_agents),
+    fault("agent that is none", "E0201", _no_agents),
 )

@@ -73,11 +73,11 @@ FAULTS = (
     fault("negative index in a name", "E0108", _negative),
     fault(
         "range with one more than there are",
-        "O0205 O0502 E0502 E0503 E0214",
+        "O0205 O0502 E0502 E0201",
         _one_more,
         several=Follows.EACH,
         abroad=True,
     ),
     fault("index that is not there", "E0108 E0502", _indices),
-    fault("ignored element that is no event", "E0223", _not_events),
+    fault("ignored element that is no event", "E0201", _not_events),
 )

@@ -58,9 +58,9 @@ def _nested(sheet: Sheet) -> Iterator[Seed]:
 
 
 FAULTS = (
-    fault("misspelt agent in a requirement", "E0220", _agents),
+    fault("misspelt agent in a requirement", "E0201", _agents),
     fault("misspelt state in a requirement", "E0201", _states),
-    fault("misspelt element in a requirement", "E0203", _elements),
+    fault("misspelt element in a requirement", "E0201", _elements),
     fault("unit error in a requirement", "E0311", _units),
     fault("wrong bound of time", "E0310 E0335", _bounds),
     fault("`always` inside of a requirement", "E0335", _nested),

@@ -10,7 +10,7 @@ from bench.seeding.machine import Machine, elements, machines
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
 
-_TYPES = "E0310 E0311 E0312 E0313 E0314 E0315 E0316 E0317 E0318 E0319 E0320 E0234"
+_TYPES = "E0310 E0311 E0312 E0313 E0315 E0316 E0317 E0318 E0319 E0201 E0234"
 
 
 def _other_end(sheet: Sheet, buffer: Route) -> Route | None:
@@ -244,14 +244,14 @@ def _reserved(sheet: Sheet) -> Iterator[Seed]:
 FAULTS = (
     fault(
         "buffer element missing at one end",
-        "E0404 E0203 E0214",
+        "E0404 E0201",
         _missing_elements,
-        {Follows.EVERY_USE: "E0503"},
+        {Follows.EVERY_USE: "E0502"},
         several=Follows.EVERY_USE,
     ),
     fault(
         "buffer missing at one end",
-        "E0403 O0403 E0204 E0203 E0214",
+        "E0403 O0403 E0201",
         _missing_buffers,
         several=Follows.EVERY_USE,
     ),
@@ -276,10 +276,10 @@ FAULTS = (
     fault("kind of agent that does not exist", "E0104 E0407", _no_kind),
     fault("agent without control subsystem", "E0402 O0402", _no_control),
     fault("device commanded from two sides", "E0406", _use_twice),
-    fault("two subsystems of one name", "E0411", _same_names, {Follows.OLD_NAME: "E0218"}),
+    fault("two subsystems of one name", "E0411", _same_names, {Follows.OLD_NAME: "E0201"}),
     fault("device that nobody uses", "W0410 O0404", _idle_devices, {Follows.TO_DO: "O0502"}),
     fault("name with two meanings", "E0221", _reserved, {Follows.BOTH: "W0611"}),
     fault("rates that do not divide", "E0409", _odd_rates),
-    fault("what is no rate", "E0106", _no_rates),
+    fault("what is no rate", "E0104", _no_rates),
     fault("missing rate", "E0102 O0601", _missing_rates),
 )

@@ -163,13 +163,13 @@ def _starts_line(sheet: Sheet, route: Route) -> bool:
 
 
 FAULTS = (
-    fault("tab in the indentation", "E0010", _tabs),
+    fault("tab in the indentation", "E0009", _tabs),
     fault("duplicate key", "E0011", _doubled),
     fault("bracket not closed", "E0009", _unclosed),
     fault("misspelt key", "E0101", _misspelt_keys),
     fault("file that does not say what it is", "E0022", _unclaimed, abroad=True),
     fault("missing key", "E0102", _missing_keys),
-    fault("part that is not there yet", "O0201 O0203 O0602 O0606 O0607", _open_keys),
+    fault("part that is not there yet", "O0201 O0202 O0602 O0606 O0607", _open_keys),
     fault("wrong kind of value", "E0103", _wrong_kinds),
     fault("missing file", "E0001 E0208 E0501", _no_files),
 )

@@ -232,7 +232,7 @@ FAULTS = (
     ),
     fault("unit of a type that is not SI", "E0305", _units_of_types),
     fault("wrong number of items", "E0316", _lengths),
-    fault("wrong number of arguments", "E0314", _numbers_of_arguments),
+    fault("wrong number of arguments", "E0315", _numbers_of_arguments),
     fault("arguments swapped", "E0315", _swapped_arguments, several=Follows.EACH),
     fault("argument of a part of the wrong type", _TYPE_CODES, _wrong_given),
     fault("component that may be missing", "E0321 E0315", _no_dash, several=Follows.EVERY_USE),

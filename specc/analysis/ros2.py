@@ -308,7 +308,7 @@ def _unknown(kind: str, name: str, known: tuple[str, ...]) -> MessageTypeMismatc
     close = nearest(name, known)
     listed = ", ".join(f"`{one}`" for one in (close or known)[:6])
     help = f"did you mean {listed}?" if close else f"there are {listed}" if listed else "delete it"
-    return MessageTypeMismatch(f"there is no {kind} `{name}` to publish", help, "E0523")
+    return MessageTypeMismatch(f"there is no {kind} `{name}` to publish", help, "E0521")
 
 
 def _output(
@@ -318,7 +318,7 @@ def _output(
     found = _message(type_)
     if found is None:
         help = "publish a part of it: send that as an element of its own"
-        return MessageTypeMismatch(f"{type_} becomes no message that is known", help, "E0523")
+        return MessageTypeMismatch(f"{type_} becomes no message that is known", help, "E0521")
     return PublishedValue(name, subsystem, peer, element.name, *found, type_)
 
 

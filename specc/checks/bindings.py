@@ -179,7 +179,7 @@ _KINDS = ("joints", "sensors", "actuators")
 
 
 def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511 for units that differ from the plant's, E0512 for parts listed twice.
+    """E0511 for units that differ from the plant's, E0505 for parts listed twice.
 
     See also `bindings_fit`.
     """
@@ -194,7 +194,7 @@ def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
                 if name in names[:index]:
                     first = bound.binding.place.below(kind, names.index(name))
                     yield Diagnostic(
-                        "E0512",
+                        "E0505",
                         f"{kind.removesuffix('s')} `{name}` is listed twice",
                         bound.binding.place.below(kind, index),
                         related=(Related(first, "listed here already"),),
@@ -257,21 +257,21 @@ DEPTH_NOISES = ("kinect",)
 
 
 def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
-    """E0510, for noise in another unit or count than what is measured; see also `bindings_fit`."""
+    """E0505, for noise in another unit or count than what is measured; see also `bindings_fit`."""
     for bound in facts.bindings:
         binding = bound.binding
         if bound.is_commanded or _kind_complaint(bound):
             continue
         if complaint := _noise_complaint(binding):
             message, help = complaint
-            yield Diagnostic("E0510", message, binding.place.below("noise"), help=help)
+            yield Diagnostic("E0505", message, binding.place.below("noise"), help=help)
             continue
         for index, unit in enumerate(binding.noise_units):
             measured = _measured_units(bound, facts.model, index)
             if measured and unit not in measured:
                 units = join_words(dict.fromkeys(map(str, measured)), "and")
                 yield Diagnostic(
-                    "E0510",
+                    "E0505",
                     f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "
                     f"the sensor gives {units}",
                     binding.place.below("noise", *((index,) if len(binding.noise) > 1 else ())),

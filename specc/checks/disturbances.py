@@ -264,14 +264,14 @@ Units = tuple[Unit | None, ...]
 
 
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503 for errors of an element that no device reports, E0517 for unsuitable numbers."""
+    """E0502 for errors of an element that no device reports, E0517 for unsuitable numbers."""
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
         for verb, action in each.actions_on("measurement"):
             element = action.name
             if (known := facts.reported.get(element)) is None:
                 help = suggest(element, sorted(facts.reported))
-                yield Diagnostic("E0503", f"no device reports `{element}`", action.place, help=help)
+                yield Diagnostic("E0502", f"no device reports `{element}`", action.place, help=help)
             elif (fault := _no_numbers(known)) is not None:
                 related = (Related(known.binding.place, "bound here"),)
                 message = f"`{element}` cannot be {verb.participle}: {fault}"

@@ -392,7 +392,7 @@ def _value_path(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Rela
 
 
 def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
-    """W0421, for a state that sends an output which it declares to hold."""
+    """W0421, for an output that a state declares to hold but sends, or that no state sends."""
     for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):

@@ -53,7 +53,7 @@ _MOST_LISTED = 8
 
 
 def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503, and O0205 for what may still come."""
+    """E0502, and O0205 for what may still come."""
     elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in facts.system.devices}
     plant = facts.system.plant
     for binding in plant.bindings if plant else ():
@@ -74,7 +74,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
     hint = suggest(name, known) if known else "an element is named `agent.E.device.element`"
     # A real effector called a real receptor, or vice versa, is still the same device.
     if is_typo(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
-        return Diagnostic("E0503", message, binding.place, help=hint)
+        return Diagnostic("E0502", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
     help = joined_help("add it to the agent", hint)
     return Diagnostic("O0205", absent, binding.place, message, help=help)
@@ -84,7 +84,7 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
 
 
 def records_have_classes(facts: Facts) -> Iterator[Diagnostic]:
-    """O0206, for each record without a class whose values Python code has to create."""
+    """O0201, for each record without a class whose values Python code has to create."""
     makers: dict[str, list[Related]] = {}
     for type_, given, maker in _python_results(facts):
         for name in _records_without_class(type_) - {
@@ -93,7 +93,7 @@ def records_have_classes(facts: Facts) -> Iterator[Diagnostic]:
             makers.setdefault(name, []).append(maker)
     for name, (first, *others) in makers.items():
         yield Diagnostic(
-            "O0206",
+            "O0201",
             f"record `{name}` has no Python class, but Python code has to create its values",
             first.place,
             first.message,

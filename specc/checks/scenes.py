@@ -93,7 +93,7 @@ def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
 
 
 def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0503, E0516, E0517, for disturbances of unknown parts or beyond their limits.
+    """E0502, E0516, E0517, for disturbances of unknown parts or beyond their limits.
 
     A plant in Python says itself what can happen to it.
     """
@@ -118,7 +118,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0503 for the silence of an element that no device reports, E0517 for one without effect."""
+    """E0502 for the silence of an element that no device reports, E0517 for one without effect."""
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
@@ -130,7 +130,7 @@ def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
             continue
         for _, place in found:
             help = suggest(name, sorted(facts.reported))
-            yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
+            yield Diagnostic("E0502", f"no device reports `{name}`", place, help=help)
 
 
 def _silent(

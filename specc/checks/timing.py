@@ -301,7 +301,7 @@ def _silent_source(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related
 
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """E0509, for a sensor whose rate fits neither its readers nor the base tick."""
+    """E0505, for a sensor whose rate fits neither its readers nor the base tick."""
     for conflict in facts.rates.conflicts:
         rate, tick = conflict.rate_hz, conflict.tick_s
         place = conflict.bound.binding.place.below("rate")
@@ -309,14 +309,14 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
             ticks = max(1, round(1 / rate / tick))
             yield Diagnostic(
-                "E0509",
+                "E0505",
                 message,
                 place,
                 help=f"the nearest period that fits is {float(1000 * ticks * tick):g} ms",
             )
         for reader in conflict.readers:
             yield Diagnostic(
-                "E0509",
+                "E0505",
                 f"{float(rate):g} Hz does not fit the {_rate(reader)} of `{reader.qualified_name}`",
                 place,
                 related=(Related(reader.place.below("rate"), "reads it at this rate"),),
@@ -383,7 +383,7 @@ def _process_values(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, T
 
 
 def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
-    """E0415 for a silence that is too short, E0416 for one without a safe output."""
+    """E0415, for a silence that is too short or has no safe output."""
     for device in facts.system.devices:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue
@@ -406,7 +406,7 @@ def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
                     )
         else:
             yield Diagnostic(
-                "E0416",
+                "E0415",
                 f"`{device.qualified_name}` has no safe output that it could get after a silence",
                 device.place.below("silence"),
                 help="declare one, `x: {u: {type: ..., safe: ...}}`, or delete `silence`",

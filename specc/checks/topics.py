@@ -153,7 +153,7 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def frames_named(facts: Facts) -> Iterator[Diagnostic]:
-    """E0522: frames of messages are compared by name."""
+    """E0521: frames of messages are compared by name."""
     ros2 = facts.system.plant.ros2 if facts.system.plant else None
     if ros2 is None:
         return
@@ -169,7 +169,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
         for at, frame in frames_of(part, bound.element.type):
             if at and frame and frame not in known:
                 yield Diagnostic(
-                    "E0522",
+                    "E0521",
                     f"{reason}, and frame `{frame}` has no name in ROS",
                     _place(bound),
                     related=(_type(bound),),
@@ -178,13 +178,13 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def published_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0523, for a published value that does not exist or has no type of messages."""
+    """E0521, for a published value that does not exist or has no type of messages."""
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(
             "nobody can watch it: there is no node of ROS 2",
             "say under `plant` which node there is: `ros2: {node: NAME}`, or delete it",
-            "E0523",
+            "E0521",
         )
         if plant is not None and plant.ros2 is not None:
             found = published_value(published, facts.system)

@@ -155,18 +155,20 @@ def _is_dangling(finding: Finding) -> bool:
 
 def explain(options: Namespace) -> int:
     """Print the entry of a code, or the list of all codes."""
-    from specc.diagnostics.code import all_codes, explanation, overview
+    from specc.diagnostics.code import MERGED, all_codes, explanation, overview
 
     codes = all_codes()
     if options.code is None:
         streams.print_output(overview(codes))
         return 0
-    entry = codes.get(options.code.upper())
+    wanted = options.code.upper()
+    entry = codes.get(MERGED.get(wanted, wanted))
     if entry is None:
         close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
         raise Refused(f"no code is called `{options.code}`; {hint}")
-    streams.print_output(explanation(entry))
+    former = f"{wanted} is part of {entry.id} now.\n\n" if entry.id != wanted else ""
+    streams.print_output(former + explanation(entry))
     return 0
 
 

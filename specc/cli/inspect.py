@@ -231,7 +231,7 @@ def find_targets(arguments: Iterable[str]) -> Targets:
         for error in errors:
             message = f"the directory cannot be read: {reason_of(error)}"
             place, hint = Place(str(error.filename)), "check its permissions"
-            faults.append(Diagnostic("E0003", message, place, help=hint))
+            faults.append(Diagnostic("E0001", message, place, help=hint))
         if not found and not errors:
             message = "no specification matches this pattern"
             if os.path.isdir(argument):

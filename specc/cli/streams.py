@@ -132,7 +132,7 @@ def print_findings(result: Result, path: str, form: OutputFormat = "text") -> in
 # Open, but possibly a typo: a reference to what is not there.
 DANGLING = frozenset(("O0205",))
 # Not faults of a specification: a file that gives no text or takes none.
-_UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
+_UNREADABLE = frozenset(("E0001", "E0004", "E0005", "E0090", "E0091"))
 
 
 def exit_code(found: Report) -> int:

@@ -14,6 +14,34 @@ from specc.diagnostics.visible import visible_lines
 
 PAGES = Path(__file__).with_name("codes")
 
+_FORMER = {
+    "E0001": "E0002 E0003",
+    "E0022": "E0007",
+    "E0017": "E0016",
+    "E0009": "E0010 E0015",
+    "E0013": "E0008 E0012 E0014",
+    "E0104": "E0106 E0107",
+    "E0201": "E0202 E0203 E0204 E0209 E0210 E0212 E0214 E0215 E0216 E0217 E0218 E0220 E0223 "
+    "E0233 E0236 E0320",
+    "E0206": "E0207",
+    "E0221": "E0231 E0232",
+    "E0230": "E0235",
+    "E0303": "E0222",
+    "E0306": "E0307",
+    "E0315": "E0314",
+    "E0415": "E0416",
+    "E0502": "E0503",
+    "E0505": "E0506 E0509 E0510 E0512",
+    "E0521": "E0522 E0523",
+    "E0801": "E0802",
+    "E0803": "E0804 E0805 E0806 E0807 E0808 E0809",
+    "E0903": "E0902 E0904",
+    "O0201": "O0206",
+    "O0202": "O0203 O0204",
+}  # fmt: skip
+MERGED = {former: code for code, every in _FORMER.items() for former in every.split()}
+"""Former codes -> the code that each is part of now; settings and `specc explain` accept them."""
+
 _COLUMNS = 80
 _PAGE = (
     r"# (?P<id>[EWO]\d{4}): (?P<title>.+)\n\n(?P<explanation>(?:.+\n)+)\n"

@@ -174,7 +174,7 @@ def _origin(declared: Declaration | None, words: str) -> Iterator[Origin]:
 # What is wrong with an expression, as exceptions that carry the data of a diagnostic.
 
 
-NEEDS_CONTEXT = ("E0231", "E0317", "E0318")
+NEEDS_CONTEXT = ("E0221", "E0317", "E0318")
 """Codes of errors that an expression would not have if its type were expected there."""
 
 

@@ -76,7 +76,7 @@ def _check_arity(
     wanted = str(least) if upper == least else wanted
     noun = "argument" if wanted == "1" else "arguments"
     message = f"{name} takes {wanted} {noun}, not {count}"
-    raise ctx.error(node, message, f"it is called as {usage}", "E0314")
+    raise ctx.error(node, message, f"it is called as {usage}", "E0315")
 
 
 def _builtin(node: ast.Call, type: Type, *args: Expr) -> Builtin:
@@ -202,7 +202,7 @@ def lag_rule(name: LagName, type: Type) -> Rule:
             case ast.Name(id=value) if ctx.scope.value(value):
                 message = f"`{value}` is not an element of an input buffer, for which `{name}` asks"
                 help = f"ask when it is read, and keep the answer: `{name}(x.peer.element)`"
-                raise ctx.error(argument, message, help, "E0203")
+                raise ctx.error(argument, message, help, "E0201")
         return Lag(name, input_element(ctx, argument), type=type, span=span(node))
 
     return rule
@@ -320,7 +320,7 @@ def _comprehension(ctx: Context, node: ast.Call) -> tuple[ast.expr, ast.comprehe
             raise ctx.error(node, "a quantifier goes over one vector or list", help, "E0302")
     name = ctx.quote(node.func)
     usage = _USAGE if name in ("all", "any") else f"{name}(abs(v) for v in [1, -2])"
-    raise ctx.error(node, f"`{name}` goes over a vector or list", f"for example `{usage}`", "E0314")
+    raise ctx.error(node, f"`{name}` goes over a vector or list", f"for example `{usage}`", "E0315")
 
 
 def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
@@ -331,7 +331,7 @@ def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
     known = target.id in ctx.reserved or target.id in scope.files or target.id in scope.enums
     if known or scope.value(target.id):
         message = f"the variable `{target.id}` hides a name that is already in use"
-        raise ctx.error(target, message, "choose another name for the variable", "E0232")
+        raise ctx.error(target, message, "choose another name for the variable", "E0221")
     return target.id
 
 

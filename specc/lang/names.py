@@ -200,7 +200,7 @@ def _infer_items(ctx: Context, node: ast.List) -> Items:
     )
     if element.extent[1] >= MAX_DEPTH:
         message = f"lists are more than {MAX_DEPTH} levels deep"
-        raise ctx.error(node, message, "make it a record of lists", "E0016")
+        raise ctx.error(node, message, "make it a record of lists", "E0017")
     type: Type = ListOf(element, nonempty=True)
     if isinstance(element, (Real, Int, Bool, Enum)):
         type = Vector(len(found), element)
@@ -226,7 +226,7 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     if isinstance(hint, Enum) and node.id in hint.members:
         if value and value[1] == hint:
             message = f"`{node.id}` is both a value and a member of `{hint}`"
-            raise ctx.error(node, message, "give the value another name", "E0231")
+            raise ctx.error(node, message, "give the value another name", "E0221")
         return Member(node.id, type=hint, span=span(node))
     if node.id in ctx.scope.files and (value is None or isinstance(hint, File)):
         return FileRef(ctx.scope.files[node.id], type=File(), span=span(node))
@@ -248,7 +248,7 @@ def _member(ctx: Context, node: ast.Name) -> Expr:
     if len(enums) > 1:
         message = f"`{node.id}` is a member of {alternatives(enums).replace(' or ', ' and ')}"
         help = "the expected type decides which is meant; where no type is expected, rename one"
-        raise ctx.error(node, message, help, "E0231")
+        raise ctx.error(node, message, help, "E0221")
     return Member(node.id, type=enums[0], span=span(node))
 
 
@@ -259,7 +259,7 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
         return ctx.error(node, "`_` is used outside a vector", help, "E0318")
     if name == "x":
         return ctx.error(
-            node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0203"
+            node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0201"
         )
     if name == "y":
         return output_error(ctx, node)
@@ -269,7 +269,7 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
     if name in scope.operators:
         parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
         return ctx.error(
-            node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
+            node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0201"
         )
     if name in scope.uninitialized:
         message = (
@@ -333,7 +333,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
 def output_error(ctx: Context, node: ast.expr) -> ExprError:
     """Make the error of an expression that refers to an output buffer."""
     help = "keep the value in memory, or name it under `let:` and use it in both places"
-    return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0235")
+    return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0230")
 
 
 # Typing rules of dots and brackets: input elements, fields of records, components of vectors.
@@ -401,7 +401,7 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
             pass
         case _:
             message = f"`{ctx.quote(node)}` is not an element of an input buffer"
-            raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0203")
+            raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0201")
     scope = ctx.scope
     if not scope.known_peers:
         message = f"`{ctx.quote(node)}` has no value here: there are no inputs"
@@ -411,11 +411,11 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
         return Input(peer, element, type=declared.type, span=span(node))
     if peer not in scope.known_peers:
         known = scope.known_peers
-        error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0204")
+        error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0201")
         way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
         raise error.or_open_point(f"`x.{peer}` is not there yet", way, peer, known)
     known = scope.elements(peer)
-    error = _unknown_part(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
+    error = _unknown_part(node, f"input buffer `x.{peer}` has no ", element, known, "E0201")
     way = f"declare it under `x: {peer}:` here and under `y:` of what sends it, `{peer}`"
     raise error.or_open_point(f"`x.{peer}.{element}` is not there yet", way, element, known)
 
@@ -435,10 +435,10 @@ def _suggestion(name: str, known: list[str]) -> str:
 def _buffer_error(ctx: Context, node: ast.Attribute) -> ExprError:
     known = ctx.scope.known_peers
     if node.attr not in known:
-        return _unknown_part(node, "there is no input buffer of ", node.attr, known, "E0204")
+        return _unknown_part(node, "there is no input buffer of ", node.attr, known, "E0201")
     listed = alternatives(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))
     message = f"`{ctx.quote(node)}` is a whole input buffer"
-    return ctx.error(node, message, f"name an element: {listed}" if listed else "", "E0203")
+    return ctx.error(node, message, f"name an element: {listed}" if listed else "", "E0201")
 
 
 def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Expr:

@@ -380,7 +380,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     name = ctx.quote(node)
     close = nearest(name, enum.members)
     help = did_you_mean(close) or f"members are {quoted(enum.members)}"
-    error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320")
+    error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0201")
     error.set_repair(name, close)
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"

@@ -55,7 +55,7 @@ def refuse_misspelling(node: ast.expr, operators: Iterable[str]) -> None:
         close = () if name in known else nearest(name, [*known, *USAGE])
         if not USAGE.keys().isdisjoint(close):
             help = did_you_mean(close)
-            error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
+            error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0201")
             raise error.set_repair(name, close)
 
 

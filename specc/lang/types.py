@@ -198,7 +198,7 @@ class TypeReader:
         if self.names.variables_allowed:
             return f"?{node.id}"
         raise unknown_name(
-            "frame", node.id, known, "declare it under `frames:`", span(node), "E0209"
+            "frame", node.id, known, "declare it under `frames:`", span(node), "E0201"
         )
 
     def _size(self, node: ast.expr) -> int:
@@ -241,7 +241,7 @@ class TypeReader:
         start = span(node)[0]
         at = start, start + len(name)
         ours = [ours for word, ours in _FOREIGN_TYPES.items() if word == name.lower()]
-        return unknown_name("type", name, known, "declare it under `types:`", at, "E0233", ours)
+        return unknown_name("type", name, known, "declare it under `types:`", at, "E0201", ours)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")
@@ -342,7 +342,7 @@ def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
 
 
 def _error(message: str, start: int, end: int) -> ExprError:
-    return ExprError(message, min(start, end), end, _EXAMPLE, "E0307")
+    return ExprError(message, min(start, end), end, _EXAMPLE, "E0306")
 
 
 def _closing(text: str, opening: int) -> int:
@@ -430,7 +430,7 @@ def parse_interface(
         start = span(tree)[0]
         at = start, start + len(name)
         way = "declare it under `interfaces:`"
-        raise unknown_name("interface", name, interfaces, way, at, "E0236")
+        raise unknown_name("interface", name, interfaces, way, at, "E0201")
     frames, types = interfaces[name]
     if len(args) != len(frames) + len(types):
         usage = ", ".join((*frames, *types))

@@ -50,9 +50,9 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         if ctx.scope.value(name):
             message = f"`{name}` is not an operator"
             help = "a value is not called; leave the brackets out"
-            raise ctx.error(node.func, message, help, "E0202")
+            raise ctx.error(node.func, message, help, "E0201")
         known, way = [*ctx.scope.operators, *BUILTIN_NAMES], "declare it under `operators:`"
-        raise unknown_name("operator", name, known, way, span(node.func), "E0202")
+        raise unknown_name("operator", name, known, way, span(node.func), "E0201")
     return _OperatorCall(ctx, node, operator, hint).check()
 
 
@@ -144,7 +144,7 @@ class _OperatorCall:
         count = {0: "no arguments", 1: "1 argument"}.get(len(parameters))
         count = count or f"{len(parameters)} arguments"
         message = f"`{name}` takes {count}, not {len(self.node.args)}"
-        error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")
+        error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0315")
         return error.with_origins([Origin(self.operator.place, f"`{name}` is declared here")])
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
-from specc.diagnostics.code import all_codes
+from specc.diagnostics.code import MERGED, all_codes
 from specc.limits import MAX_IGNORED
 from specc.policy.settings import Settings
 from specc.reachable import grouped
@@ -151,7 +151,7 @@ def _ignores_in_comment(
 
 def _ignore_fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
     known = all_codes()
-    if entry.code not in known:
+    if entry.code not in known and entry.code not in MERGED:
         message = f"no finding has the code `{entry.code}`" if entry.code else "no code is given"
         hint = _FORM
         if entry.code and any(code.startswith(entry.code) for code in known):
@@ -162,10 +162,10 @@ def _ignore_fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
         return Diagnostic("E0903", message, entry.place, help=hint)
     if severity_of(entry.code) != "warning":
         message = f"{entry.code} is not a warning and cannot be ignored"
-        return Diagnostic("E0904", message, entry.place, help="correct what it reports")
+        return Diagnostic("E0903", message, entry.place, help="correct what it reports")
     if not entry.reason:
         hint = f"give the reason: `# specc: ignore[{entry.code}] because ...`"
-        return _finding(source, entry.comment, "E0902", "the reason is missing", hint)
+        return _finding(source, entry.comment, "E0903", "the reason is missing", hint)
     return None
 
 

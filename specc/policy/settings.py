@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.diagnostics import Diagnostic, nearest, rename_fix, sole_correction
-from specc.diagnostics.code import all_codes
+from specc.diagnostics.code import MERGED, all_codes
 from specc.read import AllowedPaths
 from specc.source import Place, SourceFile
 
@@ -153,7 +153,7 @@ def code_fault(code: str) -> str:
     """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
     if not code:
         return "a code is missing: an empty text would stand for all codes"
-    if not any(known.startswith(code) for known in all_codes()):
+    if not any(known.startswith(code) for known in (*all_codes(), *MERGED)):
         close = nearest(code, all_codes())
         return f"no code is called `{code}`" + (f"; did you mean `{close[0]}`?" if close else "")
     return ""
@@ -292,7 +292,7 @@ def _setting_fault(place: Place, key: str, value: Any) -> Diagnostic | None:
             return Diagnostic("E0905", wrong, place, help=hint or "`specc explain` lists all codes")
         if key == "ignore" and not code.startswith("W"):
             message = f"{code} is not a warning and cannot be ignored"
-            return Diagnostic("E0904", message, place, help="correct what it reports")
+            return Diagnostic("E0903", message, place, help="correct what it reports")
     return None
 
 

@@ -114,7 +114,7 @@ def compose(path: str, text: str) -> tuple[ComposedValue | None, tuple[Diagnosti
     except (_GiveUpError, TooManyFaultsError):
         return None, tuple(composer.findings)
     if root is None or (root.node.scalar == "" and not root.node.style):
-        composer.report("E0007", "the file is empty", 0, 0, "start with `specc: 1`")
+        composer.report("E0022", "the file is empty", 0, 0, "start with `specc: 1`")
         return None, tuple(composer.findings)
     return root, tuple(composer.findings)
 
@@ -142,7 +142,7 @@ class _Composer:
                 documents += 1
                 if documents > 1:
                     hint = "delete the `---`, or move what follows it to a file of its own"
-                    self._abort("E0008", "a second document starts here", event, hint)
+                    self._abort("E0013", "a second document starts here", event, hint)
             elif type(event) in _VALUES:
                 root = self._value(event, 0, None)
         return ComposedValue(*root, self._nodes) if root else None
@@ -216,7 +216,7 @@ class _Composer:
             self._count(2, event)
             if type(event) is not ScalarEvent:
                 hint = "a key is a name or a text in quotes"
-                self._abort("E0012", "this cannot be a key", event, hint)
+                self._abort("E0013", "this cannot be a key", event, hint)
             if event.ctag is not None:
                 self._refuse_tag(event)
             key = self._node(event)
@@ -232,7 +232,7 @@ class _Composer:
         first = mapping.keys.get(name)
         related: tuple[Related, ...] = ()
         if not key.style and name in _NULLS:
-            code, message = "E0012", "a key is missing here"
+            code, message = "E0013", "a key is missing here"
             hint = "write the key before the colon, in quotes if it is meant as text"
         elif not key.style and name == "<<":
             code, message = "E0013", "merge keys are not supported"
@@ -254,11 +254,11 @@ class _Composer:
     def _alias(self, event: Any, depth: int) -> tuple[Any, TextNode]:
         if event.anchor not in self._anchors:
             hint = f"write `&{event.anchor}` before the value that is meant"
-            self._abort("E0015", f"no anchor is called `{event.anchor}`", event, hint)
+            self._abort("E0009", f"no anchor is called `{event.anchor}`", event, hint)
         target = self._anchors[event.anchor]
         if target is None:
             hint = "an alias may only name a value that is complete before it"
-            self._abort("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
+            self._abort("E0009", f"`*{event.anchor}` stands inside its own value", event, hint)
         self._count(target.size, event)
         if depth + _height(target.node) > MAX_DEPTH:
             self._too_deep(event)
@@ -272,12 +272,12 @@ class _Composer:
 
     def _too_deep(self, event: Any) -> NoReturn:
         hint = f"values may be nested {MAX_DEPTH} levels deep"
-        self._abort("E0016", "this is nested too deep", event, hint)
+        self._abort("E0017", "this is nested too deep", event, hint)
 
     def _refuse_tag(self, event: Any) -> None:
         hint = "delete it; a value in quotes is text, any other is what it looks like"
         start = event.start_mark.index
-        self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
+        self.report("E0013", "tags are not supported", start, event.end_mark.index, hint)
 
     def _refuse_cut_text(self, event: Any, key: TextNode) -> None:
         """Refuse `b)`, which the braces of `{is: min(a, b)}` make a key without a value."""
@@ -285,7 +285,7 @@ class _Composer:
             return
         if ":" not in self._text[key.end : event.start_mark.index]:
             self.report(
-                "E0012",
+                "E0013",
                 f"a comma ends a text inside {{ }}: `{key.scalar}` is read as a key",
                 key.start,
                 key.end,

@@ -70,7 +70,7 @@ def _load_bytes(path: str) -> bytes:
             if os.path.isdir(path):
                 message = "this is a directory"
                 hint = "name a file in it: specc reads one specification file at a time"
-            raise _refusal("E0002", path, message, hint)
+            raise _refusal("E0001", path, message, hint)
         with open(disk_path, "rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -81,7 +81,7 @@ def _load_bytes(path: str) -> bytes:
     except OSError as error:
         message = f"the file cannot be read: {reason_of(error)}"
         hint = "check the path and the permissions of the file"
-        raise _refusal("E0003", path, message, hint) from None
+        raise _refusal("E0001", path, message, hint) from None
     if len(raw) > MAX_BYTES:
         message = f"the file is larger than {MAX_BYTES // 1_000_000} MB"
         hint = "a specification is text of some hundred lines; is this the right file?"

@@ -151,7 +151,7 @@ def syntax_error(path: str, text: str, fault: YamlSyntaxError) -> Diagnostic:
     if tab is not None and fault.at <= tab.end():
         place = Place(path, (), "text", text.index("\t", tab.start()), tab.end())
         hint = "indent with spaces: YAML does not allow tabs there"
-        return Diagnostic("E0010", "a tab indents this line", place, help=hint)
+        return Diagnostic("E0009", "a tab indents this line", place, help=hint)
     message, hint = fault.problem, "check quotes, brackets and indentation near this place"
     for words, ours, way_out in _PROBLEMS:
         if words in fault.problem:

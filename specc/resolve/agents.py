@@ -228,7 +228,7 @@ class AgentResolver:
             findings.use(where["states"][name].key, where, "initial_state")
             return name
         if name is not None and states:
-            findings.unknown("E0217", "state", name, states, where["initial_state"].place)
+            findings.unknown("E0201", "state", name, states, where["initial_state"].place)
         elif states:
             message = "the subsystem has no initial state yet"
             help = "add `initial_state:` with the state of the first period"

@@ -97,7 +97,7 @@ def _memory(
         if item.init is None:
             message = f"memory element `{name}` has no initial value"
             help_text = "add `init:`, the value in the first period"
-            expressions.findings.report("O0203", message, at.key, help=help_text)
+            expressions.findings.report("O0202", message, at.key, help=help_text)
         elif type_ is not None:
             indices, inside = expressions.indexed(item.each, at, scope)
             init = expressions.value(at["init"], item.init, inside, type_, at.key)
@@ -140,7 +140,7 @@ def _lets(
             if depths[name] == DEEPEST_LET + 1:
                 message = f"`{name}` depends on {DEEPEST_LET} lets, each through the next"
                 help = "compute their result in an operator"
-                expressions.findings.report("E0222", message, at.key, help=help)
+                expressions.findings.report("E0303", message, at.key, help=help)
             continue
         wanted = expressions.type(at["type"], item.type) if item.type else None
         indices, inside = expressions.indexed(item.each, at, scope)

@@ -332,7 +332,7 @@ def duration_in(
         if unit and unit.same_kind(parse_unit("s")) and Fraction(number) > 0:
             return Fraction(number) * Fraction(unit.scale).limit_denominator(10**9)
     findings.report(
-        "E0107",
+        "E0104",
         f"`{text}` is not a duration",
         where[key].place,
         help="write it with its unit, e.g. `20 ms` or `0.5 s`",
@@ -407,6 +407,6 @@ class SetValues:
         """Report names on the command line that no constant or parameter has."""
         for name, where in self.texts.items():
             if name not in self.units:
-                code, what = ("E0210", "parameter") if "." in name else ("E0201", "constant")
+                what = "parameter" if "." in name else "constant"
                 known = [other for other in self.units if ("." in other) == ("." in name)]
-                findings.unknown(code, what, name, known, where.key)
+                findings.unknown("E0201", what, name, known, where.key)

@@ -304,7 +304,7 @@ class TypeMaker:
         try:
             if self.findings.depth > MAX_DEPTH:
                 message = f"types are more than {MAX_DEPTH} levels deep"
-                raise ExprError(message, 0, 0, _TOO_LARGE, "E0016")
+                raise ExprError(message, 0, 0, _TOO_LARGE, "E0017")
             type_ = self._make(frames)
         finally:
             self._is_open = False
@@ -312,7 +312,7 @@ class TypeMaker:
         parts, levels = type_.extent
         whole = f"with the types in it written out, `{self.name}`"
         if levels > MAX_DEPTH:
-            raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0016")
+            raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0017")
         if parts > MAX_TYPE_PARTS:
             raise self._refused(f"{whole} has more than {MAX_TYPE_PARTS} parts", "E0017")
         return type_

@@ -94,7 +94,7 @@ class Neighbours:
                 hint = f"let a virtual {other} use it"
                 self.findings.report("E0401", message, place, help=hint)
             else:
-                self.findings.unknown("E0218", f"real {word}", name, own, place)
+                self.findings.unknown("E0201", f"real {word}", name, own, place)
             found.append(name)
         return found
 
@@ -122,7 +122,7 @@ class Neighbours:
                     yield peer
                 elif rule := self._broken_rule(peer):
                     self.findings.report("E0401", rule[0], place, help=rule[1])
-                elif self.findings.unknown("E0218", "peer", peer, peers, place):
+                elif self.findings.unknown("E0201", "peer", peer, peers, place):
                     yield peer
 
     def _undeclared(self, peer: str, elements: Collection[str]) -> str:

@@ -205,7 +205,7 @@ class Expressions:
             self.findings.suppressed += 1
             return
         lacks = None
-        if buffer and error.code in ("E0203", "E0204", "O0205"):
+        if buffer and error.code in ("E0201", "O0205"):
             lacks = self.element(*named_buffer.split("."))
         self.findings.expression_error(where, error, target, lacks)
 
@@ -267,7 +267,7 @@ def rate_of(text: str, where: YamlNode, findings: Findings) -> Fraction | None:
     plain = _RATE_SLIP.fullmatch(text.strip())
     example = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
     findings.report(
-        "E0106",
+        "E0104",
         f"`{text}` is not a rate",
         where.place,
         help=f"write periods per second, e.g. {example}, or the period, e.g. `10 ms`",

@@ -140,12 +140,12 @@ class Library:
             path = beside(file.path, relative)
             if len(self._using) >= MAX_DEPTH:
                 message = f"files use files more than {MAX_DEPTH} levels deep"
-                self.findings.report("E0016", message, where.place, help="use them side by side")
+                self.findings.report("E0017", message, where.place, help="use them side by side")
                 continue
             if path in (file.path, *self._using):
                 help_text = "delete it, or put what both files need into a third one"
                 message = f"`{relative}` uses itself"
-                self.findings.report("E0207", message, where.place, help=help_text)
+                self.findings.report("E0206", message, where.place, help=help_text)
                 continue
             other = self.load(path, where)
             if other is None:

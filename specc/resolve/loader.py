@@ -25,7 +25,7 @@ from specc.source import (
 )
 
 _PARTS = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
-_WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
+_WITHOUT_TEXT = frozenset(("E0001", "E0004", "E0022"))
 
 
 @dataclass(eq=False, slots=True)

@@ -124,10 +124,10 @@ class MachineResolver:
         if others:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
-            self._findings.report("E0212", message, where.place, help=help_text)
+            self._findings.report("E0201", message, where.place, help=help_text)
         else:
             names = [n for k, n in self._conditions if k == kind] + list(fixed)
-            self._findings.unknown("E0212", f"{kind} condition", name, names, where.place)
+            self._findings.unknown("E0201", f"{kind} condition", name, names, where.place)
         return _unknown_condition(name, kind, where, where)
 
     def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
@@ -143,7 +143,7 @@ class MachineResolver:
             )
             if (through := self.definition.through) and through.rule is not None:
                 message, help_text = f"`through: {through.rule}` passes nothing on yet", _NO_PASSING
-            self._open("O0204", message, at, help_text)
+            self._open("O0202", message, at, help_text)
         found = tuple(filter(None, assignments))
         whole = bool(found) and len(found) == len(assignments)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
@@ -170,13 +170,13 @@ class MachineResolver:
                 elif name not in self.expressions.broken:
                     lacks = self.expressions.element("y", peer, name)
                     outputs = self._outputs
-                    self._findings.unknown("E0214", "output target", target, outputs, at.key, lacks)
+                    self._findings.unknown("E0201", "output target", target, outputs, at.key, lacks)
             case ["x", _, *_]:
                 message = f"`{target}` is an input: it cannot be assigned"
                 help = "assign an output, `y.peer.element`, or a memory element"
-                self._findings.report("E0214", message, at.key, help=help)
+                self._findings.report("E0201", message, at.key, help=help)
             case _ if target not in self.expressions.broken:
-                self._findings.unknown("E0214", "memory target", target, self._targets, at.key)
+                self._findings.unknown("E0201", "memory target", target, self._targets, at.key)
 
     def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode) -> Behaviour:
         used = [self._used(name, index, used, at) for index, used in enumerate(item.functions)]
@@ -215,7 +215,7 @@ class MachineResolver:
             self._findings.report("E0104", message, at.place, help=hint)
         if used.function not in known:
             place = at["function"].place
-            self._findings.unknown("E0215", "function", used.function, known, place)
+            self._findings.unknown("E0201", "function", used.function, known, place)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
@@ -249,8 +249,8 @@ class MachineResolver:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
             else:
                 self._findings.use(behaviour.place, at, "behaviour")
-            events = self._elements(item.ignores, at["ignores"], self._events, "E0223", "event")
-            outputs = self._elements(item.holds, at["holds"], self._outputs, "E0214", "output")
+            events = self._elements(item.ignores, at["ignores"], self._events, "E0201", "event")
+            outputs = self._elements(item.holds, at["holds"], self._outputs, "E0201", "output")
             trace = trace_of(item)
             states.append(State(name, behaviour, item.title, trace, at.key, events, outputs))
         return tuple(states)
@@ -275,7 +275,7 @@ class MachineResolver:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif known:
-            self._findings.unknown("E0216", "behaviour", name, known, at["behaviour"].place)
+            self._findings.unknown("E0201", "behaviour", name, known, at["behaviour"].place)
         called = name or state
         terminal = _unknown_condition(called, "terminal", at["terminal"], at)
         error = _unknown_condition(called, "error", at["error"], at)
@@ -299,7 +299,7 @@ class MachineResolver:
     def _is_state(self, name: str, at: YamlNode) -> bool:
         known = self.definition.states
         if known and name not in known:
-            self._findings.unknown("E0217", "state", name, known, at.place)
+            self._findings.unknown("E0201", "state", name, known, at.place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:

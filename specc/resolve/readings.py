@@ -177,7 +177,7 @@ class Names(ast.NodeTransformer):
     def _refuse_unknown(self, steps: list[str], node: ast.expr) -> None:
         """Report a value of an agent that is not there."""
         if steps and steps[0] not in (*self._roots, *self._others):
-            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
+            raise self._unknown("agent", steps[0], self._agents, node, None, "E0201")
 
     def _named(self, node: ast.expr, reading: Reading) -> ast.expr:
         self._readings.setdefault(reading.name, reading)
@@ -204,7 +204,7 @@ class Names(ast.NodeTransformer):
             item = self._observed.get(steps[1])
             if item is None:
                 known = self._observed
-                raise self._unknown("value to observe", steps[1], known, node, None, "E0203")
+                raise self._unknown("value to observe", steps[1], known, node, None, "E0201")
             self._note(node, None, item.place)
             return Reading(name, "observed", "", (steps[1],), item.type, item.place)
         if len(steps) == 4:
@@ -225,13 +225,13 @@ class Names(ast.NodeTransformer):
         if port is None:
             peers = [p.peer for p in owner.ports if p.direction == side]
             raise self._unknown(
-                f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
+                f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0201"
             )
         self._note(node, None, None, None, self._wires.peer_place(owner, port))
         item = port.element(element)
         if item is None:
             known = [e.name for e in port.elements]
-            raise self._unknown("element", element, known, node, owner, "E0203")
+            raise self._unknown("element", element, known, node, owner, "E0201")
         self._note(node, None, None, None, None, item.place)
         place = item.type, item.place
         if side == "y":
@@ -251,7 +251,7 @@ class Names(ast.NodeTransformer):
         device = self._devices.get(".".join(steps[:3]))
         if device is None:
             wanted = ".".join(steps[:3])
-            raise self._unknown("device", wanted, self._devices, node, None, "E0220")
+            raise self._unknown("device", wanted, self._devices, node, None, "E0201")
         self._note(node, None, None, device.place)
         ways: tuple[tuple[Literal["sent", "reported"], Direction, tuple[Element, ...]], ...]
         ways = ("sent", "y", device.x), ("reported", "x", device.y)
@@ -266,12 +266,12 @@ class Names(ast.NodeTransformer):
                     return Reading(name, kind, *found, item.type, item.place)
                 raise ExprError("", *span(node), code=FOLLOW_UP)  # an unused device is reported
         known = [e.name for e in (*device.x, *device.y)]
-        raise self._unknown("element", steps[3], known, node, device, "E0203")
+        raise self._unknown("element", steps[3], known, node, device, "E0201")
 
     def _subsystem(self, name: str, node: ast.expr) -> Subsystem:
         found = self._subsystems.get(name)
         if found is None:
-            raise self._unknown("subsystem", name, self._subsystems, node, None, "E0220")
+            raise self._unknown("subsystem", name, self._subsystems, node, None, "E0201")
         return found
 
     def _unknown(

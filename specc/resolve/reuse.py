@@ -55,11 +55,11 @@ def reuse(
     path, used = beside(at.file.path, relative), where["use"]
     if path in (at.file.path, *at.using):
         help = "describe the part here, or use another file"
-        findings.report("E0207", f"`{relative}` uses itself", used.place, help=help)
+        findings.report("E0206", f"`{relative}` uses itself", used.place, help=help)
         return None
     if len(at.using) >= MAX_DEPTH:
         message = f"files use files more than {MAX_DEPTH} levels deep"
-        findings.report("E0016", message, used.place, help="use the file that describes the part")
+        findings.report("E0017", message, used.place, help="use the file that describes the part")
         return None
     file = library.load(path, used)
     if file is None:
@@ -129,7 +129,7 @@ class _Binder:
         for name in self.arguments:
             if name not in parameters:
                 self.complete = False
-                self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
+                self.findings.unknown("E0201", "parameter", name, parameters, self.where[name].key)
                 mistyped |= set(nearest(name, parameters))
         for name in parameters:
             if name not in self.arguments and name not in mistyped:
@@ -155,7 +155,7 @@ class _Binder:
                 self._note("frame", actual, self.where[name])
             elif kind == "frame":
                 self.complete = False
-                self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
+                self.findings.unknown("E0201", "frame", actual, known, self.where[name].place)
         return bound
 
     def sizes(self) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
@@ -248,7 +248,7 @@ class _Binder:
             else:
                 self.complete = False
                 names = [*known, *groups_known]
-                self.findings.unknown("E0218", "agent", actual, names, self.where[name].place)
+                self.findings.unknown("E0201", "agent", actual, names, self.where[name].place)
         return bound, groups
 
     def _note(self, kind: str, name: str, at: YamlNode) -> None:

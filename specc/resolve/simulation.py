@@ -78,9 +78,9 @@ def _look_up(
         if cycle.of in {f"{agent.name}.control" for agent in agents}:
             help = f"it is called `{cycle.of.removesuffix('control')}c`"
             message = f"no subsystem is called `{cycle.of}`"
-            findings.report("E0220", message, at["of"].place, help=help)
+            findings.report("E0201", message, at["of"].place, help=help)
             return
-        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
+        findings.unknown("E0201", "subsystem", cycle.of, subsystems, at["of"].place)
         return
     size = len(subsystem.agent)
     agent = next(agent for agent in agents if agent.name == subsystem.agent)
@@ -90,7 +90,7 @@ def _look_up(
     for name, key in ((cycle.source, "from"), (cycle.target, "to")):
         findings.use(states.get(name), at, key)
         if name not in states:
-            findings.unknown("E0217", "state", name, states, at[key].place)
+            findings.unknown("E0201", "state", name, states, at[key].place)
     if cycle.source in states and cycle.target in states:
         _report_no_row(subsystem, definition, at, findings)
     memory = {m.name: m.place for m in subsystem.memory}
@@ -372,7 +372,7 @@ def _ros2(definition: Ros2Def, where: YamlNode, expressions: Expressions) -> Ros
     wait_s = duration_in(definition, where, "wait", findings) or _WAIT_S
     for name in definition.frames:
         if name not in known:
-            findings.unknown("E0209", "frame", name, known, where["frames"][name].key)
+            findings.unknown("E0201", "frame", name, known, where["frames"][name].key)
     frames = tuple((name, ros.removeprefix("/")) for name, ros in definition.frames.items())
     simulated = definition.use_sim_time
     return Ros2(definition.node, definition.python, wait_s, simulated, frames, where.place)
@@ -422,7 +422,7 @@ def _noise(item: BindingDef, at: YamlNode, expressions: Expressions) -> list[tup
             sigmas.append((float(value.value), value.type.unit))
         elif value is not None:
             expressions.findings.report(
-                "E0506",
+                "E0505",
                 f"`{text}` is not a standard deviation",
                 where.place,
                 help="write a number with its unit, e.g. `0.3[N]`",

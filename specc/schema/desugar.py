@@ -139,9 +139,9 @@ class _Desugaring:
         for key, one in value.items():
             inner = node.below(key)
             at = route_below(value, key, route)
-            item = (
-                inner.below(0) if isinstance(_in_full(inner.kind, one, at), SingleItem) else inner
-            )
+            kind = inner.kind
+            is_single = isinstance(kind, ListKind) and type(one) in kind.form.single
+            item = inner.below(0) if is_single else inner
             copies: Iterator[tuple[Any, Any]]
             is_many = isinstance(one, dict) and FOR in one and item.has_key(FOR)
             if is_many and not inner.is_chosen:

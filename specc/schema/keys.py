@@ -261,11 +261,14 @@ class SpecModel(BaseModel):
         """A mapping with the names that people choose below `OTHERS`."""
         if OTHERS not in cls.keys or not isinstance(value, dict):
             return value
-        known = cls.keys.keys() - {OTHERS}
-        if isinstance(value.get("is"), dict) and cls.short == "is":
-            known -= {"is"}  # with a mapping, it is a name that somebody chose
-        own = {name: one for name, one in value.items() if name in known}
-        return own | {OTHERS: {name: one for name, one in value.items() if name not in own}}
+        own: dict[str, Any] = {}
+        others: dict[str, Any] = {}
+        # With a mapping below it, `is` is a name that somebody chose.
+        chosen = "is" if cls.short == "is" and isinstance(value.get("is"), dict) else OTHERS
+        for name, one in value.items():
+            known = name in cls.keys and name not in (chosen, OTHERS)
+            (own if known else others)[name] = one
+        return own | {OTHERS: others}
 
     @model_validator(mode="before")
     @classmethod

@@ -20,16 +20,12 @@ from tests.corpus import CASES, LAWS, ROOT, SPECS, Law, Subject
 UPDATE = "SPECC_UPDATE_CASES" in os.environ
 
 NO_SPEC = {
-    "E0002": "the path is a directory",
-    "E0003": "the file cannot be opened",
     "E0004": "the file has more than 2 MB",
-    "E0007": "the head of a case would make the file not empty for a reader of the test",
     "E0021": "its way out depends on where the project lies; see tests/policy/test_reach.py",
     "E0090": "about the output of `specc build`",
     "E0091": "about the output of `specc build`",
     "E0092": "about the output of `specc build`",
     "E0093": "takes hundreds of lets; see tests/lower/test_plan.py",
-    "E0222": "takes a hundred lets; see tests/emit/test_refusals.py",
     "E0094": "about the formatter",
     **dict.fromkeys(
         (code for code in all_codes() if code[1:3] == "08"), "about the input of `specc import`"
@@ -39,9 +35,7 @@ NO_SPEC = {
         "found by `specc explore`; see tests/explore",
     ),
     "W0901": "comments are judged after compiling; see tests/policy",
-    "E0902": "comments are judged after compiling; see tests/policy",
     "E0903": "comments are judged after compiling; see tests/policy",
-    "E0904": "comments are judged after compiling; see tests/policy",
     "E0905": "about settings, not about a specification",
 }
 """Codes that no specification has, with the reason."""

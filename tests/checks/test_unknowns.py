@@ -63,14 +63,14 @@ def codes(folder: Path, *changes: tuple[str, str]) -> list[str]:
 
 FAULTS = {
     "initial condition": (("go: going", "go: goign"), "E0201"),
-    "let that conditions name": (("x.c.go and not", "x.c.goo and not"), "E0203"),
-    "terminal condition": (("told: fresh(x.c.go)", "told: fresh(x.c.goo)"), "E0203"),
-    "condition of a row": (("[S1, terminal, halted", "[S1, terminal, haltd"), "E0212"),
-    "condition of a behaviour": (("terminal: told", "terminal: toled"), "E0212"),
+    "let that conditions name": (("x.c.go and not", "x.c.goo and not"), "E0201"),
+    "terminal condition": (("told: fresh(x.c.go)", "told: fresh(x.c.goo)"), "E0201"),
+    "condition of a row": (("[S1, terminal, halted", "[S1, terminal, haltd"), "E0201"),
+    "condition of a behaviour": (("terminal: told", "terminal: toled"), "E0201"),
     "value of a target": (("y.c.d: d_d, d_d", "y.c.d: d_dd, d_d"), "E0201"),
-    "target": (("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0214"),
-    "function of a behaviour": (("[hold], terminal", "[hodl], terminal"), "E0215"),
-    "behaviour of a state": (("S1: move}", "S1: moev}"), "E0216"),
+    "target": (("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0201"),
+    "function of a behaviour": (("[hold], terminal", "[hodl], terminal"), "E0201"),
+    "behaviour of a state": (("S1: move}", "S1: moev}"), "E0201"),
     "memory": (('"real[m]", init: 0}', '"real[m]", init: "1[s]"}'), "E0310"),
 }
 
@@ -120,7 +120,7 @@ TWICE = "[[S0, terminal, always, S1], [S0, terminal, always, S0]]"
     ("old", "new", "code"),
     [
         ("y.E.width: 0}", 'y.E.width: "1[s]"}', "E0310"),
-        ("[look, wait]", "[look, wiat]", "E0215"),
+        ("[look, wait]", "[look, wiat]", "E0201"),
         ("[[S0, terminal, always, S1]]", TWICE, "E0602"),
     ],
 )
@@ -144,7 +144,7 @@ def test_what_does_not_depend_on_an_error_is_proved(fault: str, rest: str, tmp_p
     change, proved = REST[rest]
     if rest == "unreached" and fault == "initial condition":
         wrong = ("halted: fresh(x.c.stop)", "halted: fresh(x.c.stpo)")
-        code = "E0203"
+        code = "E0201"
     assert codes(tmp_path, wrong, change) == sorted([code, proved])
 
 
@@ -153,10 +153,10 @@ def test_two_known_rows_overlap_beside_an_unknown_one(tmp_path: Path) -> None:
         "- [S1, terminal, halted, S0]\n",
         "- [S1, terminal, halted, S0]\n" + " " * 10 + "- [S1, terminal, haltd, S0]\n",
     )
-    assert codes(tmp_path, more) == ["E0212"]
-    assert codes(tmp_path, more, REST["overlap"][0]) == ["E0212", "E0602"]
+    assert codes(tmp_path, more) == ["E0201"]
+    assert codes(tmp_path, more, REST["overlap"][0]) == ["E0201", "E0602"]
     moved = ("[S1, terminal, moving", "[S1, terminal, halted")
-    assert codes(tmp_path, more, moved) == ["E0212", "E0602"]
+    assert codes(tmp_path, more, moved) == ["E0201", "E0602"]
 
 
 PARTS = {
@@ -218,17 +218,17 @@ SENDERS = {
     "a behaviour with an error": (
         (SILENT,),
         ("[move], terminal", "[mvoe], terminal"),
-        "E0215",
+        "E0201",
         True,
     ),
-    "an unknown target may be it": ((), ("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0214", False),
+    "an unknown target may be it": ((), ("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0201", False),
     "an unknown function may send it": (
         (SILENT,),
         ("[hold], t", "[hold, hodl], t"),
-        "E0215",
+        "E0201",
         False,
     ),
-    "an unknown behaviour may send it": ((SILENT,), ("S0: idle", "S0: idel"), "E0216", False),
+    "an unknown behaviour may send it": ((SILENT,), ("S0: idle", "S0: idel"), "E0201", False),
     "what has no initial state": (
         (SILENT,),
         ("initial_state: S0\n        tr", "tr"),
@@ -259,14 +259,14 @@ def test_a_known_way_into_a_state_is_followed_beside_an_unknown_one(tmp_path: Pa
     late = ("stop: {type: bool, init: False}}", "stop: {type: bool, init: False}, late: bool}")
     sent = (("go: bool, stop", "late: bool, go: bool, stop"),)
     unknown = ("[S0, terminal, stay, S0]", "[S0, terminal, stya, S1]")
-    told = sorted(["E0212", "E0701"])
+    told = sorted(["E0201", "E0701"])
     assert codes(tmp_path, *sent, late, reads, unknown) == told
     whole = ("terminal: told}", "terminal: toldd}")
-    assert codes(tmp_path, *sent, late, reads, whole) == ["E0212"]
+    assert codes(tmp_path, *sent, late, reads, whole) == ["E0201"]
 
 
 def test_a_condition_of_another_kind_is_no_part_to_come(tmp_path: Path) -> None:
-    assert codes(tmp_path, ("[S0, terminal, go, S1]", "[S0, terminal, told, S1]")) == ["E0212"]
+    assert codes(tmp_path, ("[S0, terminal, go, S1]", "[S0, terminal, told, S1]")) == ["E0201"]
 
 
 AWAITED = {

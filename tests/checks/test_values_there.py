@@ -143,7 +143,7 @@ def test_the_clock_of_one_state_says_nothing_of_that_of_the_next(tmp_path: Path)
         ("x.E.q if x.E.q is None else 0", "E0313 x.E.q is real[m], which is never None"),
         ("0 if goal is 3 else 1[m]", "E0302 is and is not can only test for None"),
         ("argmax(o for o in seen).x", "E0315 o is Thing; items are compared by a number"),
-        ("argmax(seen).x", "E0314 argmax goes over a vector or list"),
+        ("argmax(seen).x", "E0315 argmax goes over a vector or list"),
     ],
 )
 def test_what_makes_no_sense_is_refused(text: str, message: str, tmp_path: Path) -> None:

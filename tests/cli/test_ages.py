@@ -39,4 +39,4 @@ def test_a_faulty_specification_has_none(
     assert main(["ages", str(spec)]) == 1
     said = capsys.readouterr()
     assert said.out == ""
-    assert "E0106" in said.err
+    assert "E0104" in said.err

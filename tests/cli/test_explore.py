@@ -143,7 +143,7 @@ def test_a_faulty_specification_is_not_explored(
     spec = tmp_path / "spec.yaml"
     spec.write_text("specc: 1\nsystem: demo\nagents: {a: {control: {rate: 10}}}\n")
     assert main(["explore", str(spec)]) == 1
-    assert "E0106" in capsys.readouterr().err
+    assert "E0104" in capsys.readouterr().err
 
 
 def test_what_never_came_does_not_come_again(capsys: pytest.CaptureFixture[str]) -> None:

@@ -45,8 +45,8 @@ def test_what_a_folder_hides_is_told(tmp_path: Path, command: list[str]) -> None
     finally:
         (tmp_path / "locked").chmod(0o700)
     assert code == alone[0] == 2
-    assert "error[E0003]: the file cannot be read: permission denied\n --> b.yaml" in err
-    assert "error[E0003]: the directory cannot be read: permission denied\n --> locked" in err
+    assert "error[E0001]: the file cannot be read: permission denied\n --> b.yaml" in err
+    assert "error[E0001]: the directory cannot be read: permission denied\n --> locked" in err
     assert err.count("error[") == 2
     assert alone[1].count("error[") == 1
 
@@ -75,7 +75,7 @@ def test_what_is_no_file_or_too_large(tmp_path: Path, command: tuple[str, ...]) 
     with open(tmp_path / "large.yaml", "w", encoding="utf-8") as file:
         file.write("specc: 1\nsystem: large\n")
         file.truncate(100_000_000)
-    for name, code in (("pipe.yaml", "E0002"), ("/dev/zero", "E0002"), ("large.yaml", "E0004")):
+    for name, code in (("pipe.yaml", "E0001"), ("/dev/zero", "E0001"), ("large.yaml", "E0004")):
         done = specc(*command, name, cwd=tmp_path)
         found = done.stderr.count("error["), f"error[{code}]" in done.stderr
         assert (done.returncode, *found) == (2, 1, True)

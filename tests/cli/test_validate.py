@@ -98,6 +98,10 @@ def test_colour_only_on_a_terminal_that_wants_it(
 def test_explain(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "e0011"]) == 0
     assert capsys.readouterr().out.startswith("E0011 (error): duplicate key\n")
+    assert main(["explain", "e0202"]) == 0
+    assert capsys.readouterr().out.startswith(
+        "E0202 is part of E0201 now.\n\nE0201 (error): unknown name\n"
+    )
     assert main(["explain"]) == 0
     assert "E0011  duplicate key\n" in capsys.readouterr().out
     assert main(["explain", "E0011x"]) == 2

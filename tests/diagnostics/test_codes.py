@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import fill
 
 from specc.diagnostics import nearest
-from specc.diagnostics.code import PAGES, Code, all_codes, explanation, overview
+from specc.diagnostics.code import MERGED, PAGES, Code, all_codes, explanation, overview
 
 ROOT = Path(__file__).parents[2]
 FAMILY = re.compile(r"^\| `([EWO]\d\d)xx`", re.MULTILINE)
@@ -24,6 +24,14 @@ def test_ids_are_in_order_and_listed() -> None:
     codes = all_codes()
     assert list(codes) == sorted(codes)
     assert overview(codes).count("\n") == len(codes)
+
+
+def test_a_former_code_is_part_of_one_with_its_severity() -> None:
+    codes = all_codes()
+    for former, code in MERGED.items():
+        assert former not in codes
+        assert former[0] == codes[code].id[0], "settings and exit codes go by the letter"
+        assert not former.startswith("W"), "an old ignore comment would suppress too much"
 
 
 def test_a_page_is_laid_out_as_it_is_read() -> None:

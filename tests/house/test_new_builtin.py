@@ -69,7 +69,7 @@ from specc.lang import Environment, ExprErrors, Scope, evaluate, expression
 def test_expressions():
     expr = expression("trunc(-2.5)", Scope())
     assert (str(expr.type), evaluate(expr, Environment())) == ("int", -2)
-    for wrong, code in (("trunc(1, 2)", "E0314"), ("trunc(1[m])", "E0315")):
+    for wrong, code in (("trunc(1, 2)", "E0315"), ("trunc(1[m])", "E0315")):
         with pytest.raises(ExprErrors) as found:
             expression(wrong, Scope())
         assert [error.code for error in found.value.errors] == [code]

@@ -319,7 +319,7 @@ def test_what_is_wrong_again_is_found_where_repairs_moved_it() -> None:
     slips = [slip(10, "countrr", "count"), slip(0, "count", "counter"), name]
     assert is_wrong_again(slips, [at(12)])
     assert is_wrong_again(slips, [at(0)])
-    for elsewhere in (at(10), at(12, "E0202"), at(12, route="b")):
+    for elsewhere in (at(10), at(12, "E0234"), at(12, route="b")):
         assert not is_wrong_again(slips, [elsewhere])
 
 

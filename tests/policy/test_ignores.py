@@ -39,7 +39,7 @@ def test_a_comment_alone_applies_to_the_next_line_with_something(tmp_path: Path)
 
 def test_a_comment_without_reason_has_no_effect(tmp_path: Path) -> None:
     verdict = judged(write(tmp_path / "a.yaml", " # specc: ignore[W0611]"))
-    assert codes(verdict) == ["E0902", "W0611", "W0611"]
+    assert codes(verdict) == ["E0903", "W0611", "W0611"]
     assert verdict.refused
 
 
@@ -78,9 +78,9 @@ def test_the_way_out_is_the_comment_that_was_meant(comment: str, help: str, tmp_
 
 def test_errors_cannot_be_ignored(tmp_path: Path) -> None:
     path = write(tmp_path / "a.yaml")
-    text = path.read_text().replace("S0: work}", "S0: wrk} # specc: ignore[E0216] why not")
+    text = path.read_text().replace("S0: work}", "S0: wrk} # specc: ignore[E0201] why not")
     path.write_text(text)
-    assert {"E0216", "E0904"} <= set(codes(judged(path)))
+    assert {"E0201", "E0903"} <= set(codes(judged(path)))
 
 
 def test_an_unused_comment_is_found_with_its_repair(tmp_path: Path) -> None:
@@ -110,4 +110,4 @@ def test_selection_never_hides_errors(tmp_path: Path) -> None:
     path = write(tmp_path / "a.yaml")
     assert codes(judged(path, Settings(select=("W04",)))) == []
     path.write_text(path.read_text().replace("S0: work}", "S0: wrk}"))
-    assert "E0216" in codes(judged(path, Settings(select=("W04",), ignore=("W",))))
+    assert "E0201" in codes(judged(path, Settings(select=("W04",), ignore=("W",))))

@@ -33,7 +33,7 @@ def test_the_nearest_file_with_a_section_counts(tmp_path: Path) -> None:
         ("select = [1]", "E0905"),
         ('ignore = ["W9"]', "E0905"),
         ('ignore = [""]', "E0905"),
-        ('ignore = ["E0101"]', "E0904"),
+        ('ignore = ["E0101"]', "E0903"),
         ("strict = = 1", "E0905"),
     ],
 )

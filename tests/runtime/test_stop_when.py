@@ -88,7 +88,7 @@ def test_a_violated_requirement_wins(tmp_path: Path) -> None:
     ("formula", "code", "at", "way"),
     [
         ("state(gate.c) == pasing", "O0205", "1:18", "`passing`"),
-        ("state(gat.c) == passing", "E0220", "1:7", "did you mean `gate.c`"),
+        ("state(gat.c) == passing", "E0201", "1:7", "did you mean `gate.c`"),
         ("belt.drive.v_p > 0.1[m]", "E0311", "1:1", "same unit"),
         ("belt.drive.v_p >", "E0301", "1:16", "missing at the end"),
         (f"always({PASSING})", "E0335", "1:1", "leave out `always`"),

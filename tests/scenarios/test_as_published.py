@@ -17,7 +17,7 @@ Found = list[tuple[str, str]]
 WRONG: Found = [
     ("E0407", "kind: CERT"),
     ("E0319", "f_1: {eq: 5,"),
-    ("E0314", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),  # (27)
+    ("E0315", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),  # (27)
     ("E0315", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),
     ("E0315", "q_p: {is:"),  # (30)
     ("E0315", "m_p: {is:"),
@@ -33,7 +33,7 @@ WRONG: Found = [
     ("E0312", "T_d_Ep: {is:"),  # (69)
     ("E0310", "ce_4: {eq: 71,"),
 ]
-OPEN = {"O0201": 21, "O0203": 18, "O0205": 5, "O0404": 1, "O0601": 3, "O0603": 1}
+OPEN = {"O0201": 21, "O0202": 18, "O0205": 5, "O0404": 1, "O0601": 3, "O0603": 1}
 """Code -> how often something is not there: T_c, F_m, r_p, m_p, CE; values, the gripper.
 
 T_g, which is compared with a T_c that is not there, may be a member of the enum that T_c is of.
@@ -52,7 +52,7 @@ NOTATION = (
 THEN_WRONG: Found = [
     ("E0407", "kind: CERT"),
     ("E0319", "f_1: {eq: 5,"),
-    ("E0314", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),
+    ("E0315", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),
     ("E0315", "MR(JM(IK(DK(MJ(m_c)) @ AA(PF("),
     ("E0315", "q_p: {is:"),
     ("E0315", "m_p: {is:"),

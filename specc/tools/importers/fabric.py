@@ -76,7 +76,7 @@ def import_fabric(
             if any(d.name == definition.name for d in definitions):
                 message = f"two files define a subsystem `{definition.name}`"
                 help = "rename one of the files: subsystems are called as their files or packages"
-                notes.error("E0806", message, definition.root.place, help)
+                notes.error("E0803", message, definition.root.place, help)
             definitions.append(definition)
     if notes.failed:
         return notes
@@ -241,7 +241,7 @@ def _add_wire(
         if name not in by_name or alias not in by_name[name].buffers:
             place = next(iter(by_name.values())).root.place
             message = f"there is no buffer `{name}.{alias}`"
-            notes.error("E0805", message, place, "correct the `--connect`")
+            notes.error("E0803", message, place, "correct the `--connect`")
             return
         found.append(by_name[name].buffers[alias])
     a, b = found
@@ -250,10 +250,10 @@ def _add_wire(
     both = f"`{first[0]}.{a.alias}` {{}} `{second[0]}.{b.alias}`"
     if a.type != b.type or a.is_input == b.is_input or first[0] == second[0]:
         help = "connect an input with an output of the same type in another subsystem"
-        notes.error("E0805", f"{both.format('and')} cannot be connected", b.element.place, help)
+        notes.error("E0803", f"{both.format('and')} cannot be connected", b.element.place, help)
     elif input_ in wiring.sender or input_[0] in readers:
         help = "correct the `--connect`"
-        notes.error("E0806", f"{both.format('or')} is connected twice", b.element.place, help)
+        notes.error("E0803", f"{both.format('or')} is connected twice", b.element.place, help)
     else:
         wiring.add(output, input_)
 

@@ -211,7 +211,7 @@ class _SubsystemReader:
             running.append(behaviour)
         if not running:
             message = f"state `{name}` needs an element <behavior>"
-            self.notes.error("E0804", message, element.place, 'write `<behavior name="..."/>`')
+            self.notes.error("E0803", message, element.place, 'write `<behavior name="..."/>`')
         arcs = []
         for item in element.all("next_state"):
             target = self.notes.need(item, "name")
@@ -230,7 +230,7 @@ class _SubsystemReader:
         except LogicError as error:
             place = element.value_place(attribute, error.start, error.end)
             help = "conditions join predicates by `and`, `or`, `not` and brackets"
-            self.notes.error("E0807", error.message, place, help)
+            self.notes.error("E0803", error.message, place, help)
             return FALSE
         for atom in atoms(logic):
             if atom.name in known:
@@ -243,7 +243,7 @@ class _SubsystemReader:
                     "conditions of a behavior are evaluated before it is known whether "
                     "it ended in error"
                 )
-            self.notes.error("E0805", message, element.value_place(attribute, *atom.span), help)
+            self.notes.error("E0803", message, element.value_place(attribute, *atom.span), help)
         return logic
 
     def _trigger_period(self, inputs: set[str]) -> Fraction | None:
@@ -267,22 +267,22 @@ class _SubsystemReader:
         found = self.root.all(tag)
         if not found and needed:
             message = f"<{self.root.tag}> needs an element <{tag}>"
-            self.notes.error("E0804", message, self.root.place, f"write `<{tag}> ... </{tag}>`")
+            self.notes.error("E0803", message, self.root.place, f"write `<{tag}> ... </{tag}>`")
         for second in found[1:]:
             self._report_second(f"<{tag}>", second)
         return found[0] if found else None
 
     def _report_second(self, what: str, element: XmlElement) -> None:
         place = element.value_place("name") if "name" in element.attributes else element.place
-        self.notes.error("E0806", f"{what} is there twice", place, "delete or rename one of them")
+        self.notes.error("E0803", f"{what} is there twice", place, "delete or rename one of them")
 
     def _unknown(self, what: str, name: str, element: XmlElement, attribute: str) -> None:
         help = f"declare the {what}, or correct the name"
         place = element.value_place(attribute)
-        self.notes.error("E0805", f"there is no {what} `{name}`", place, help)
+        self.notes.error("E0803", f"there is no {what} `{name}`", place, help)
 
     def _illegal(self, message: str, element: XmlElement, attribute: str, help: str) -> None:
-        self.notes.error("E0804", message, element.value_place(attribute), help)
+        self.notes.error("E0803", message, element.value_place(attribute), help)
 
     def _seconds(self, element: XmlElement, attribute: str) -> Fraction | None:
         """A positive time; zero, which FABRIC takes for `at once`, is None."""

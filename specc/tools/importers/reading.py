@@ -152,7 +152,7 @@ def parse_markup(path: str, text: str) -> XmlElement:
 
     def refuse_doctype(*_: object) -> None:
         at = offset(parser.CurrentByteIndex)
-        raise refusal("E0802", "the file declares a document type", at)
+        raise refusal("E0801", "the file declares a document type", at)
 
     parser = expat.ParserCreate(namespace_separator=" ")
     # Otherwise every line break is handed over by itself.
@@ -238,7 +238,7 @@ class Notes:
         value = element.get(attribute)
         if not value:
             message = f"<{element.tag}> needs the attribute `{attribute}`"
-            self.error("E0804", message, element.place, f'write `{attribute}="..."`')
+            self.error("E0803", message, element.place, f'write `{attribute}="..."`')
         return value
 
     def report_unused(self, root: XmlElement, reasons: Mapping[tuple[str, str], str]) -> None:

@@ -96,7 +96,7 @@ class _ChartReader:
         return (self._chart(root, root.all(*_STATES)),)
 
     def _refuse(self, message: str, place: Place, help: str) -> None:
-        self._notes.error("E0808", message, place, help)
+        self._notes.error("E0803", message, place, help)
 
     def _chart(self, root: XmlElement, elements: list[XmlElement]) -> Chart:
         states = [self._state(element) for element in elements]
@@ -104,7 +104,7 @@ class _ChartReader:
         refused = [each for each in root.children if each.tag in ("parallel", "history")]
         if not states and not refused:
             help = 'write `<state id="..."/>`'
-            self._notes.error("E0804", "the chart has no state", root.place, help)
+            self._notes.error("E0803", "the chart has no state", root.place, help)
         known = {each.attributes.get("id", "") for each in refused}
         self._check_names(states, initial, root, known)
         return Chart(root.get("name"), tuple(states), initial, root)
@@ -142,7 +142,7 @@ class _ChartReader:
             charts.append(chart)
         if not charts:
             help = "write its states"
-            self._notes.error("E0804", "<parallel> has no region", parallel.place, help)
+            self._notes.error("E0803", "<parallel> has no region", parallel.place, help)
         self._refuse_coupling(charts)
         return tuple(replace(chart, name=chart.root.attributes["id"]) for chart in charts)
 
@@ -217,7 +217,7 @@ class _ChartReader:
                     'write `<transition event="..." target="..."/>` in the state that it leads '
                     "out of"
                 )
-                self._notes.error("E0809", message, element.place, help)
+                self._notes.error("E0803", message, element.place, help)
 
     def _state(self, element: XmlElement) -> ChartState:
         name = self._notes.need(element, "id")
@@ -256,7 +256,7 @@ class _ChartReader:
         for state in states:
             if state.id in known:
                 message, place = f"state `{state.id}` is there twice", state.element
-                self._notes.error("E0806", message, place.value_place("id"), "rename one of them")
+                self._notes.error("E0803", message, place.value_place("id"), "rename one of them")
             known.add(state.id)
         if states and initial and initial not in known:
             self._unknown(initial, root.value_place("initial"), "correct the initial state")
@@ -272,7 +272,7 @@ class _ChartReader:
             where = f"inside {self._nested[name]}: nested states are not carried over"
             self._refuse(f"state `{name}` is {where}", place, _FLATTEN)
         else:
-            self._notes.error("E0805", f"there is no state `{name}`", place, help)
+            self._notes.error("E0803", f"there is no state `{name}`", place, help)
 
 
 def _initial_target(root: XmlElement) -> str:

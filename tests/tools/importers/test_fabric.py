@@ -205,7 +205,7 @@ def test_an_output_that_several_subsystems_read(workshop: Workshop) -> None:
     asked = import_fabric([str(path) for path in paths.values()], wires=wires)
     assert "agents" in asked.text
     twice = import_fabric([str(path) for path in paths.values()], wires=[wires[0], wires[0]])
-    assert [d.code for d in twice.diagnostics if d.severity == "error"] == ["E0806"]
+    assert [d.code for d in twice.diagnostics if d.severity == "error"] == ["E0803"]
 
 
 def test_what_is_left_after_a_connection_is_connected(workshop: Workshop) -> None:
@@ -241,9 +241,9 @@ def test_a_behaviour_that_no_state_executes_is_told(workshop: Workshop, codes: C
 @pytest.mark.parametrize(
     ("wire", "code"),
     [
-        ((("press", "nothing"), ("ram", "up_st")), "E0805"),
-        ((("press", "order"), ("ram", "up_st")), "E0805"),
-        ((("press", "ram_cmd"), ("ram", "up_st")), "E0805"),
+        ((("press", "nothing"), ("ram", "up_st")), "E0803"),
+        ((("press", "order"), ("ram", "up_st")), "E0803"),
+        ((("press", "ram_cmd"), ("ram", "up_st")), "E0803"),
     ],
 )
 def test_connections_that_cannot_be_are_refused(wire: Any, code: str) -> None:
@@ -253,25 +253,25 @@ def test_connections_that_cannot_be_are_refused(wire: Any, code: str) -> None:
 
 
 BROKEN = [
-    ('name="gotStop"', 'name="gotOrder"', "E0806", "predicate `gotOrder` is there twice"),
-    ('name="pressing" init_cond="TRUE"', 'name="gone" init_cond="TRUE"', "E0805", "state `gone`"),
-    ('<behavior name="press"/>', '<behavior name="gone"/>', "E0805", "behavior `gone`"),
-    ("statusValid and gotOrder", "statusValid and gone", "E0805", "predicate `gone`"),
-    ("statusValid and gotOrder", "statusValid and", "E0807", "ends where"),
-    ("statusValid and gotOrder", "statusValid IN_ERROR", "E0805", "predicate"),
-    ('stop_cond="gotStop"', 'stop_cond="IN_ERROR"', "E0805", "known only in `init_cond`"),
-    ('stop_cond="gotStop"', "", "E0804", "needs the attribute `stop_cond`"),
-    ('initial="waiting"', 'initial="gone"', "E0805", "state `gone`"),
-    ('initial="waiting"', "", "E0804", "attribute `initial`"),
-    ('side="top"', 'side="left"', "E0804", "`left` is not a side"),
-    ("ram_msgs::Status", "Status", "E0804", "`Status` is not a type"),
-    ('alias="order"', 'alias="my order"', "E0804", "`my order` is not a name"),
-    ('name="order"/>', 'name="gone"/>', "E0805", "input buffer `gone`"),
-    ('min_period="0.002"', 'min_period="soon"', "E0804", "`soon` is not a time"),
-    ('min_period="0.002"', 'min_period="1/0"', "E0804", "`1/0` is not a time"),
-    ('min_period="0.002"', 'min_period="1e999999999"', "E0804", "`1e999999999` is not a time"),
-    ('min_period="0.002"', 'min_period="nan"', "E0804", "`nan` is not a time"),
-    ("<predicates>", "<predicates/><predicates>", "E0806", "<predicates> is there twice"),
+    ('name="gotStop"', 'name="gotOrder"', "E0803", "predicate `gotOrder` is there twice"),
+    ('name="pressing" init_cond="TRUE"', 'name="gone" init_cond="TRUE"', "E0803", "state `gone`"),
+    ('<behavior name="press"/>', '<behavior name="gone"/>', "E0803", "behavior `gone`"),
+    ("statusValid and gotOrder", "statusValid and gone", "E0803", "predicate `gone`"),
+    ("statusValid and gotOrder", "statusValid and", "E0803", "ends where"),
+    ("statusValid and gotOrder", "statusValid IN_ERROR", "E0803", "predicate"),
+    ('stop_cond="gotStop"', 'stop_cond="IN_ERROR"', "E0803", "known only in `init_cond`"),
+    ('stop_cond="gotStop"', "", "E0803", "needs the attribute `stop_cond`"),
+    ('initial="waiting"', 'initial="gone"', "E0803", "state `gone`"),
+    ('initial="waiting"', "", "E0803", "attribute `initial`"),
+    ('side="top"', 'side="left"', "E0803", "`left` is not a side"),
+    ("ram_msgs::Status", "Status", "E0803", "`Status` is not a type"),
+    ('alias="order"', 'alias="my order"', "E0803", "`my order` is not a name"),
+    ('name="order"/>', 'name="gone"/>', "E0803", "input buffer `gone`"),
+    ('min_period="0.002"', 'min_period="soon"', "E0803", "`soon` is not a time"),
+    ('min_period="0.002"', 'min_period="1/0"', "E0803", "`1/0` is not a time"),
+    ('min_period="0.002"', 'min_period="1e999999999"', "E0803", "`1e999999999` is not a time"),
+    ('min_period="0.002"', 'min_period="nan"', "E0803", "`nan` is not a time"),
+    ("<predicates>", "<predicates/><predicates>", "E0803", "<predicates> is there twice"),
 ]
 
 
@@ -350,4 +350,4 @@ def test_two_subsystems_of_one_name_are_refused(workshop: Workshop) -> None:
     other = workshop.folder / "ram.xml"
     other.write_text((FILES / "ram.xml").read_text())
     made = import_fabric([RAM, str(other)])
-    assert [d.code for d in made.diagnostics] == ["E0806"]
+    assert [d.code for d in made.diagnostics] == ["E0803"]

@@ -89,7 +89,7 @@ def test_document_types_are_refused_before_anything_is_expanded(
 ) -> None:
     kinds = ("scxml", workshop.scxml), ("subsystem_definition", workshop.fabric)
     for made in (take(text.replace("%s", root)) for root, take in kinds):
-        assert [d.code for d in made.diagnostics] == ["E0802"]
+        assert [d.code for d in made.diagnostics] == ["E0801"]
 
 
 def test_deep_and_large_texts_are_refused(workshop: Workshop) -> None:
@@ -115,5 +115,5 @@ def test_an_encoding_in_the_declaration_changes_nothing(workshop: Workshop) -> N
 def test_files_that_give_no_text(tmp_path: Path) -> None:
     (tmp_path / "latin.xml").write_bytes(b"<a>\xe9</a>")
     assert import_fabric([str(tmp_path / "none.xml")]).diagnostics[0].code == "E0001"
-    assert import_scxml(str(tmp_path)).diagnostics[0].code == "E0002"
+    assert import_scxml(str(tmp_path)).diagnostics[0].code == "E0001"
     assert import_fabric([str(tmp_path / "latin.xml")]).diagnostics[0].code == "E0005"

@@ -198,7 +198,7 @@ def test_a_parallel_state_beside_others_is_there(workshop: Workshop) -> None:
     """What is refused is that two states are active; nothing is said to be missing."""
     made = workshop.scxml(PARALLEL)
     (error,) = (d for d in made.diagnostics if d.severity == "error")
-    assert error.code == "E0808"
+    assert error.code == "E0803"
     assert error.message == (
         "`both` is a parallel state: `arm` and `base` are active at the same time"
     )
@@ -223,7 +223,7 @@ def test_a_transition_that_is_not_carried_over_is_an_error(
         '<state id="b"/><state id="c"/></scxml>'
     )
     assert made.text == ""
-    assert [d.code for d in made.diagnostics if d.severity == "error"] == ["E0809"]
+    assert [d.code for d in made.diagnostics if d.severity == "error"] == ["E0803"]
 
 
 @pytest.mark.parametrize(
@@ -248,32 +248,32 @@ COUPLED = (
 )
 
 BROKEN = [
-    ('<state id="a"><state id="b"/></state>', "E0808"),
-    ('<state id="a"><parallel id="b"/></state>', "E0808"),
-    ('<state id="a"><history id="b"/></state>', "E0808"),
-    ('<parallel id="a"/>', "E0804"),
-    ('<parallel id="a"><history id="h"/><state id="b"/></parallel>', "E0808"),
-    ('<parallel id="a"><state id="b"/><transition event="e" target="b"/></parallel>', "E0808"),
+    ('<state id="a"><state id="b"/></state>', "E0803"),
+    ('<state id="a"><parallel id="b"/></state>', "E0803"),
+    ('<state id="a"><history id="b"/></state>', "E0803"),
+    ('<parallel id="a"/>', "E0803"),
+    ('<parallel id="a"><history id="h"/><state id="b"/></parallel>', "E0803"),
+    ('<parallel id="a"><state id="b"/><transition event="e" target="b"/></parallel>', "E0803"),
     (
         '<parallel id="a"><state id="b"><state id="c"><state id="d"/></state></state></parallel>',
-        "E0808",
+        "E0803",
     ),
     (
         '<parallel id="a"><state id="b"><state id="c"/><transition target="c"/></state></parallel>',
-        "E0808",
+        "E0803",
     ),
     (
         '<parallel id="a"><state id="b"><state id="c"><transition target="d"/></state></state>'
         '<state id="e"><state id="d"/></state></parallel>',
-        "E0808",
+        "E0803",
     ),
-    (COUPLED.format("event='go' cond=\"In('e')\""), "E0808"),
-    (COUPLED.format("event='done.state.d'"), "E0808"),
-    ('<state id="a"><transition target="a b"/></state><state id="b"/>', "E0808"),
-    ('<final id="a"><transition target="a"/></final>', "E0808"),
-    ('<state id="a"/><state id="a"/>', "E0806"),
-    ('<state id="a"><transition target="b"/></state>', "E0805"),
-    ("", "E0804"),
+    (COUPLED.format("event='go' cond=\"In('e')\""), "E0803"),
+    (COUPLED.format("event='done.state.d'"), "E0803"),
+    ('<state id="a"><transition target="a b"/></state><state id="b"/>', "E0803"),
+    ('<final id="a"><transition target="a"/></final>', "E0803"),
+    ('<state id="a"/><state id="a"/>', "E0803"),
+    ('<state id="a"><transition target="b"/></state>', "E0803"),
+    ("", "E0803"),
 ]
 
 
@@ -366,7 +366,7 @@ def holds(guard: str, answers: dict[str, bool]) -> bool:
 def test_a_nested_state_is_not_said_to_be_missing(body: str, told: str, workshop: Workshop) -> None:
     made = workshop.scxml(f'<scxml version="1.0">{body}</scxml>')
     assert made.text == ""
-    assert {d.code for d in made.diagnostics if d.severity == "error"} == {"E0808"}
+    assert {d.code for d in made.diagnostics if d.severity == "error"} == {"E0803"}
     assert told in [d.message for d in made.diagnostics]
 
 

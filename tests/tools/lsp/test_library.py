@@ -66,7 +66,7 @@ def test_the_library_of_the_flagship_is_right_by_itself() -> None:
         (AGENT, "k + twice", "k or twice", "E0310"),
         (AGENT, "step + step", "step or step", "E0310"),
         (AGENT, "x.R.F_m.z", "x.R.F_m", "E0310"),
-        (AGENT, "[count], terminal: always", "[counts], terminal: always", "E0215"),
+        (AGENT, "[count], terminal: always", "[counts], terminal: always", "E0201"),
     ],
 )
 def test_what_is_wrong_in_it_is_said(

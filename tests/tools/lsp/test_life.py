@@ -168,7 +168,7 @@ def test_two_systems_and_the_library_they_share(client: Client, folder: Path) ->
     library = client.open(folder / "lib/fingers.yaml")
     client.change(library, LIBRARY.replace("{tolerance: ", "{width: "))
     for system in systems:
-        wait_for(client, system, "E0210")
+        wait_for(client, system, "E0201")
     client.close(library)
     for system in systems:
         while errors(client, system):
@@ -221,7 +221,7 @@ def test_two_folders(client: Client, tmp_path: Path) -> None:
     wrong = LIBRARY.replace('{tolerance: "real[m]"}', '{width: "real[m]"}')
     client.open(tmp_path / "lib/fingers.yaml", wrong)
     system = (tmp_path / "arm.yaml").as_uri()
-    assert errors(client, system) == {"E0210", "E0211"}
+    assert errors(client, system) == {"E0201", "E0211"}
     gone = {"added": [], "removed": [second]}
     client.notify("workspace/didChangeWorkspaceFolders", {"event": gone})
 

@@ -95,7 +95,7 @@ def test_unsaved_texts_of_other_files_count(client: Client, folder: Path) -> Non
     assert codes(client.diagnostics(library)) == set()
     client.diagnostics(system)
     client.change(library, LIBRARY.replace('{tolerance: "real[m]"}', '{width: "real[m]"}'))
-    assert codes(client.diagnostics(system)) == {"E0210", "E0211"}
+    assert codes(client.diagnostics(system)) == {"E0201", "E0211"}
     client.notify("textDocument/didClose", {"textDocument": {"uri": library}})
     assert codes(client.diagnostics(system)) == set()
 
