@@ -22,9 +22,9 @@ from specc.lang import (
     ExprError,
     ExprErrors,
     Scope,
+    enums_by_member,
     evaluate,
     expression,
-    members_of,
 )
 from specc.lang.errors import Declaration
 from specc.lower.module import lag_slots
@@ -72,7 +72,7 @@ class Stepped:
         every = types_used(system)
         self._scope = Scope(
             constants={c.name: Declaration(c.value.type, c.place, c.value) for c in constants},
-            enums=members_of(type_ for type_ in every if isinstance(type_, Enum)),
+            enums=enums_by_member(type_ for type_ in every if isinstance(type_, Enum)),
         )
         self._environment = _environment({c.name: c.value for c in constants})
         self._methods = {state: method for state, (*_, method) in layout.ends.items()}

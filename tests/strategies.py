@@ -19,7 +19,7 @@ from specc.lang import (
     Scope,
     TypeNames,
     declarations,
-    members_of,
+    enums_by_member,
     parse_signature,
     parse_type,
 )
@@ -120,7 +120,7 @@ SCOPE = Scope(
     memory=declarations(MEMORY),
     lets=declarations(LETS),
     constants=declarations(CONSTANTS),
-    enums=members_of([MODE, FINGERS]),
+    enums=enums_by_member([MODE, FINGERS]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
     inputs=declarations(INPUTS),
     allow_clock=True,

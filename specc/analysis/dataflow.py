@@ -64,11 +64,11 @@ class Reads:
         return frozenset[Read]().union(*reads)
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
-        """The inputs that the conditions depend on that may end a state."""
+        """The inputs on which the conditions that may end a state depend."""
         rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
         ends = (state.behaviour.terminal.when, state.behaviour.error.when)
-        entered = [row.condition.when for of_cause in rows for _, row in of_cause]
-        return frozenset[Read]().union(*map(self.of, (*ends, *entered)))
+        row_conditions = [row.condition.when for of_cause in rows for _, row in of_cause]
+        return frozenset[Read]().union(*map(self.of, (*ends, *row_conditions)))
 
     def read_by_functions(self, state: State) -> frozenset[Read]:
         """The inputs that the functions of a state depend on."""
@@ -195,7 +195,7 @@ class DataFlow:
             written = (
                 machine.subsystem.assigned_values.get(output, {}) if machine and is_known else {}
             )
-            edges = {name: self._edges(sender, values) for name, values in written.items()}
+            edges = {name: self._inputs_of(sender, values) for name, values in written.items()}
             self._sent_in[node] = {
                 state.name: edges[state.behaviour.name]
                 for state in (self._reads[sender].reachable_states if edges else ())
@@ -203,8 +203,8 @@ class DataFlow:
             }
         return self._sent_in[node]
 
-    def _edges(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
-        """What values of a subsystem are computed from."""
+    def _inputs_of(self, sender: str, values: Iterable[Expr]) -> frozenset[ReadEdge]:
+        """The inputs from which values of a subsystem are computed."""
         found = (read for value in values for read in self._reads[sender].of(value))
         return frozenset((InputNode(sender, *read.input), read.on_arrival) for read in found)
 
@@ -218,22 +218,24 @@ class DataFlow:
         edges = frozenset[ReadEdge]().union(*sent.values())
         return Sent(machine.subsystem, tuple(sorted(edges)), next(silent, None))
 
-    def through_memory(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
-        """Memory that a value is computed from, directly or not, with each input stored in it."""
+    def stored_inputs(self, node: InputNode) -> Iterator[tuple[str, InputNode]]:
+        """Yield each memory element that a value depends on, with each input stored in it."""
         sender, output = self.sender(node) or _NOBODY
         machine = self._machines.get(sender)
         if machine is None:
             return
         written, dependences = machine.subsystem.assigned_values, machine.dependences
 
-        def assigned(target: tuple[str, str]) -> list[Expr]:
+        def values_assigned_to(target: tuple[str, str]) -> list[Expr]:
             return [value for values in written.get(target, {}).values() for value in values]
 
-        def named(target: tuple[str, str]) -> list[tuple[str, str]]:
-            return [("", name) for name in sorted(dependences.all(assigned(target)).memory)]
+        def memory_read_by(target: tuple[str, str]) -> list[tuple[str, str]]:
+            return [
+                ("", name) for name in sorted(dependences.all(values_assigned_to(target)).memory)
+            ]
 
-        for memory in reachable(named(output), named):
-            for source, _ in sorted(self._edges(sender, assigned(memory))):
+        for memory in reachable(memory_read_by(output), memory_read_by):
+            for source, _ in sorted(self._inputs_of(sender, values_assigned_to(memory))):
                 yield memory[1], source
 
     def sender(self, node: InputNode) -> Output | None:
@@ -475,18 +477,18 @@ class Ages:
             source = self.sources.origin(node)
             return source.reads if isinstance(source, Sent) else ()
 
-        def above(node: InputNode) -> list[InputNode]:
+        def inputs_of(node: InputNode) -> list[InputNode]:
             return [read for read, _ in edges[node]]
 
         edges = {n: reads(n) for n in reachable(self._inputs, lambda n: [m for m, _ in reads(n)])}
         try:
-            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+            order = [*TopologicalSorter({n: inputs_of(n) for n in edges}).static_order()]
         except CycleError:
-            found = components(list(edges), ((n, m) for n in edges for m in above(n)))
+            found = components(list(edges), ((n, m) for n in edges for m in inputs_of(n)))
             part = {n: number for number, each in enumerate(found) for n in each.states}
             for n, all_reads in edges.items():
                 edges[n] = tuple(e for e in all_reads if part[e[0]] != part[n])
-            order = [*TopologicalSorter({n: above(n) for n in edges}).static_order()]
+            order = [*TopologicalSorter({n: inputs_of(n) for n in edges}).static_order()]
         return {n: edges[n] for n in order}
 
     @cached_property

@@ -88,11 +88,11 @@ class DefiniteAssignment:
         """In the functions of a state, from its first period on."""
 
     def in_conditions(self, state: str) -> InputNames:
-        """In the conditions that end a state, first evaluated one period after it was entered."""
+        """The inputs that surely have a value when the conditions of a state are evaluated."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
     def at(self, use: Evaluation) -> InputNames:
-        """Where an expression is evaluated."""
+        """The inputs that surely have a value where an expression is evaluated."""
         match use.owner:
             case Memory():
                 return self.in_first_period
@@ -129,7 +129,7 @@ class DefiniteAssignment:
                 yield InputRead(read, let)
 
     def after_row(self, step: RowEdge) -> InputNames:
-        """After a row was taken."""
+        """The inputs that surely have a value after a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
     def _present_after(self, in_functions: InputNames, ensures: InputNames) -> InputNames:
@@ -210,7 +210,7 @@ class PresentValues:
         prover: Prover,
         dependences: Dependences,
     ) -> None:
-        """`rows` may be taken."""
+        """`rows` are those that can be taken."""
         self._subsystem = subsystem
         self._rows = rows
         self._prover = prover

@@ -55,7 +55,7 @@ class Examples:
         self._found: dict[object, Example | None] = {}
 
     def text(self, decided: RowVerdictAt, witness: Witness, facts: str) -> str:
-        """Values of an example of a witness about rows, in words.
+        """Describe values of an example of a witness about rows.
 
         Where none are found, its `facts` in words are the example. Empty where the message says all
         of that already.
@@ -70,24 +70,24 @@ class Examples:
         return "" if is_in_message else facts
 
     def confirm(self, decided: RowVerdictAt) -> RowVerdictAt:
-        """A verdict that tables leave open, with the refutations that some values show."""
+        """Add the refutations that some values show to a verdict that tables leave open."""
         verdict = decided.verdict
         if verdict.decision.open is None or not verdict.rows:
             return decided
-        gap = self._shown(decided, ())
+        gap = self._witness_of_rows(decided, ())
         pairs = combinations(range(len(verdict.rows)), 2)
-        overlap = next(filter(None, (self._shown(decided, pair) for pair in pairs)), None)
+        overlap = next(filter(None, (self._witness_of_rows(decided, pair) for pair in pairs)), None)
         if not gap and not overlap:
             return decided
         if overlap:
-            able = (i for i in reversed(overlap.holding) if self._shown(decided, (i,)))
+            able = (i for i in reversed(overlap.holding) if self._witness_of_rows(decided, (i,)))
             overlap = replace(overlap, repaired=next(able, None))
         refuted = replace(verdict.decision, gap=gap, overlap=overlap, unknown="", open=None)
         repaired = with_repair(refuted, verdict.rows)
         return replace(decided, verdict=replace(verdict, decision=repaired))
 
-    def _shown(self, decided: RowVerdictAt, holding: tuple[int, ...]) -> Witness | None:
-        """A witness that just these rows, by their indices, apply, or two of them and others."""
+    def _witness_of_rows(self, decided: RowVerdictAt, holding: tuple[int, ...]) -> Witness | None:
+        """Search a witness of exactly these rows, by index, or of two of them and others."""
         open_ = decided.verdict.decision.open
         assert open_ is not None  # it is confirmed
         of = decided.subsystem, decided.state, decided.cause
@@ -110,7 +110,7 @@ class Examples:
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
-        """An example of a witness: no row applies, or those that it names and preferably no other.
+        """Search an example of a witness: no row applies, or its rows and preferably no others.
 
         The same question about several states is searched once.
         """

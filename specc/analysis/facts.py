@@ -58,7 +58,7 @@ class Facts:
         faulty: frozenset[str] = frozenset(),
     ) -> None:
         self.system = system
-        self.broken = broken | _named_twice(system)
+        self.broken = broken | _ambiguous_parts(system)
         self.faulty = faulty
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.wires = Wires(system.agents)
@@ -85,7 +85,7 @@ class Facts:
 
     @cached_property
     def machines(self) -> tuple[Machine, ...]:
-        """Of all subsystems without errors."""
+        """The machines of all subsystems without errors."""
         return tuple(self._machines.values())
 
     @cached_property
@@ -100,7 +100,7 @@ class Facts:
 
     @cached_property
     def row_verdicts(self) -> tuple[RowVerdictAt, ...]:
-        """The verdicts about every state and cause of the consistent ones.
+        """The verdicts about every state and cause of all consistent machines.
 
         What tables leave open is refuted where a search finds values that show it.
         """
@@ -126,15 +126,15 @@ class Facts:
     # Constants of the system.
 
     @cached_property
-    def valueless(self) -> tuple[tuple[Constant, str], ...]:
-        """Constants and parameters without a value, with the reason; those at one place once."""
+    def constants_without_value(self) -> tuple[tuple[Constant, str], ...]:
+        """Constants and parameters without a value, each with the reason; one finding per place."""
         lists = dict.fromkeys((self.system.constants, *self.system.description_uses))
-        found = (none for constants in lists for none in valueless(constants))
+        found = (none for constants in lists for none in constants_without_value(constants))
         return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
     @cached_property
     def _constants(self) -> dict[str, Constant]:
-        none = {constant.place for constant, _ in self.valueless}
+        none = {constant.place for constant, _ in self.constants_without_value}
         return {c.name: c for c in self.system.constants if c.place not in none}
 
     def _named_by(self, name: str) -> Iterable[str]:
@@ -175,7 +175,7 @@ class Facts:
         return AssumptionChecker(self.wires, {} if self.rates.clash else self._machines)
 
     def inputs(self) -> Iterator[tuple[InputNode, Element]]:
-        """All elements that subsystems and devices receive, those with errors in them left out."""
+        """Yield all elements that subsystems and devices receive, without those with errors."""
         for subsystem in self.subsystems:
             for name, element in subsystem.inputs.items():
                 yield InputNode(subsystem.qualified_name, *name), element
@@ -220,7 +220,7 @@ class Facts:
         return plant_model(self.system)
 
 
-def _named_twice(system: System) -> frozenset[str]:
+def _ambiguous_parts(system: System) -> frozenset[str]:
     """All parts of agents with two subsystems of one name: their peers are ambiguous."""
     found: set[str] = set()
     for agent in system.agents:
@@ -233,7 +233,7 @@ def _named_twice(system: System) -> frozenset[str]:
 # Constants whose arithmetic has no result, so that nothing is known of them.
 
 
-def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
+def constants_without_value(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     """Constants whose arithmetic has no result, each with the reason.
 
     Values of operators and files are known when the system is built.

@@ -52,7 +52,7 @@ def components(states: Sequence[N], edges: Iterable[tuple[N, N]]) -> tuple[Stron
 
 
 def last_components(following: Mapping[int, Set[int]]) -> list[frozenset[int]]:
-    """The components of a graph of numbers that no edge leaves, by the smallest number in them."""
+    """The components of a graph of numbers that no edge leaves, by their smallest number."""
     import networkx
 
     graph = networkx.DiGraph()

@@ -24,18 +24,18 @@ Predicate = Callable[[Expr], bool]
 
 def must_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
     """The condition where it holds whatever its unknown parts are."""
-    return _bound(condition, FALSE, is_unknown)
+    return _replace_unknown(condition, FALSE, is_unknown)
 
 
 def may_hold_part(condition: Expr, is_unknown: Predicate = has_unknown) -> Expr:
     """The condition where it holds for some value of its unknown parts."""
-    return _bound(condition, TRUE, is_unknown)
+    return _replace_unknown(condition, TRUE, is_unknown)
 
 
-def _bound(expr: Expr, unknown: Expr, is_unknown: Predicate) -> Expr:
+def _replace_unknown(expr: Expr, unknown: Expr, is_unknown: Predicate) -> Expr:
     if not is_unknown(expr):
         return expr
-    same = partial(_bound, unknown=unknown, is_unknown=is_unknown)
+    same = partial(_replace_unknown, unknown=unknown, is_unknown=is_unknown)
     match expr:
         case Unary(op="not", operand=operand):
             opposite = must_hold_part if unknown is TRUE else may_hold_part
@@ -95,7 +95,10 @@ def must_view(cause: Cause) -> Approximation:
 
 
 def gap_view(cause: Cause) -> Approximation:
-    """Ends that surely hold, with rows that may hold: no row of these applies only in a gap."""
+    """Ends that surely hold, with rows that may hold.
+
+    Where no row of this view applies, there surely is a gap.
+    """
     return Approximation(cause, must_hold_part, may_hold_part)
 
 

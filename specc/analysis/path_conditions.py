@@ -15,9 +15,9 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
-    InDependenceOrder,
     IsNone,
     Lag,
+    LazyByDependence,
     LetRef,
     Logic,
     Number,
@@ -69,7 +69,7 @@ class Guards(Generic[K]):
         self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
     def parts(self, expr: Expr, known: K) -> list[GuardedPart[K]]:
-        """The parts of an expression and of the lets that it names, where `known` is known."""
+        """Find the parts of an expression and its lets, each with what is known where it stands."""
         walk = _Walk(self)
         walk.follow(expr, known, None)
         below = len(self.ranks)
@@ -122,7 +122,7 @@ class ImpliedFacts(Generic[T]):
         """`lets` are in order of dependence."""
         self._of_atom = of_atom
         values = {let.name: let.value for let in lets}
-        self._of_lets = InDependenceOrder(
+        self._of_lets = LazyByDependence(
             values, lambda name: (self.of(values[name], False), self.of(values[name], True))
         )
 
@@ -153,7 +153,7 @@ Tests = tuple[tuple[Expr, bool], ...]
 def tested_conditions(
     state: State, rows: Sequence[Transition]
 ) -> Iterator[tuple[Tests, list[Condition]]]:
-    """The conditions that may end a state, after the tests that precede them."""
+    """Yield the conditions that may end a state, each after the tests that precede it."""
     error, terminal = state.behaviour.error, state.behaviour.terminal
     yield (), [error]
     yield ((error.when, False),), [terminal]
@@ -162,7 +162,7 @@ def tested_conditions(
 
 
 def as_conditions(tests: Tests) -> tuple[Expr, ...]:
-    """Tests as conditions that hold."""
+    """Convert tests to conditions that hold."""
     return tuple(test if holds else negation(test) for test, holds in tests)
 
 

@@ -148,7 +148,7 @@ class RawNumbers:
     """
 
     kind: str
-    place: int
+    index: int
     name: str
     units: tuple[Unit | None, ...] | None
 

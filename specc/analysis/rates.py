@@ -26,7 +26,7 @@ def base_tick(periods_s: Iterable[Fraction]) -> Fraction:
 class TimelineClash:
     """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
 
-    odd: Subsystem
+    subsystem: Subsystem
     others: tuple[Subsystem, ...]
     ticks: Fraction
 
@@ -63,9 +63,10 @@ class Rates:
 
     @cached_property
     def clash(self) -> TimelineClash | None:
-        """The subsystem without which the timeline of the others repeats in time, or the last one.
+        """The clash if the timeline takes more than `LONGEST` ticks to repeat.
 
-        Only those whose rates are known count.
+        It names the last subsystem without which the others fit, or the last of all. Only
+        subsystems with known rates count.
         """
         rated = [s for s in self._every if s.has_rate]
         ticks = _ticks(rated)

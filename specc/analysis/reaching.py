@@ -56,7 +56,7 @@ ScalarDefinition = ScalarExpr | ReportedScalar
 
 
 def component(expr: Expr, index: int) -> Expr:
-    """The number at an index of a vector; of arithmetic on vectors, the arithmetic on numbers."""
+    """The number at an index of a vector; arithmetic on vectors becomes arithmetic on numbers."""
     components = _vector(expr.type).components
     type_ = components[index] if index < len(components) else expr.type
     match expr:
@@ -148,7 +148,7 @@ class ReachingDefinitions:
     def sent(
         self, subsystem: Subsystem, target: tuple[str, str], index: int | None
     ) -> Iterator[ScalarDefinition]:
-        """What states assign to an output, by peer and element, or to memory of the peer ""."""
+        """Yield what states assign to an output (peer, element), or to memory with the peer ""."""
         behaviours = {s.behaviour.name: s.behaviour for s in subsystem.states}.values()
         every = (item for behaviour in behaviours for item in behaviour.assignments)
         writing = {id(item): item for item in every if (item.peer, item.name) == target}
@@ -255,7 +255,7 @@ class ScalarRanges:
         """Ranges by the expressions that compute the number, or are literals."""
         self._budget -= 1
         if scalar in self._visiting or len(self._visiting) > _MOST_NESTED or self._budget < 0:
-            return {scalar: (self._in_memory(scalar),)}
+            return {scalar: (self._fallback_range(scalar),)}
         if self._is_tested(scalar):
             return {scalar: (ANY,)}
         self._visiting.add(scalar)
@@ -268,8 +268,11 @@ class ScalarRanges:
         self._visiting.remove(scalar)
         return found
 
-    def _in_memory(self, scalar: ScalarExpr) -> Range:
-        """The bounds of memory, for a number that depends on itself."""
+    def _fallback_range(self, scalar: ScalarExpr) -> Range:
+        """The range of a number that is not followed further: the bounds of its memory, else any.
+
+        A number is not followed on a cycle, or beyond the depth or the budget.
+        """
         if isinstance(scalar.expr, MemoryRef) and scalar.subsystem:
             return self._machine(scalar.subsystem).value_ranges.bounds.of(scalar.expr)
         return ANY

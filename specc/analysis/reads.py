@@ -23,7 +23,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.fsm import Assignment, Axiom, Condition
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import Constant, Element, Let, Memory, Subsystem, System
 from specc.proof import InputName
 from specc.reachable import reachable
@@ -98,7 +98,7 @@ def texts_of_system(system: System) -> Iterator[ExpressionText]:
     """The expressions of the constants and formulas of a system."""
     yield from map(text_of, system.constants)
     for item in system.formulas:
-        yield from (ExpressionText(part, item.place, "") for part in expressions(item.formula))
+        yield from (ExpressionText(part, item.place, "") for part in expressions_in(item.formula))
     for let in system.formula_lets:
         if let.value is not None:
             yield ExpressionText(let.value, let.place, "is")
@@ -152,7 +152,7 @@ class Dependences:
             self._lets[name] = self.of(value)
 
     def of(self, expr: Expr) -> Dependence:
-        """What `expr` depends on."""
+        """The dependences of one expression."""
         match expr:
             case MemoryRef(name=name):
                 return Dependence(memory=frozenset((name,)))
@@ -179,7 +179,7 @@ class Dependences:
         return self.all(children(expr))
 
     def lets(self, exprs: Iterable[Expr]) -> dict[str, Expr]:
-        """The lets that expressions name, directly or through lets, in order of dependence."""
+        """The lets that expressions use, directly or through lets, in order of dependence."""
 
         def named(exprs: Iterable[Expr]) -> Iterator[str]:
             nodes = (node for expr in exprs for node in walk(expr))
@@ -189,7 +189,7 @@ class Dependences:
         return {name: value for name, value in self._values.items() if name in used}
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
-        """What some expressions depend on together."""
+        """The joint dependences of some expressions."""
         found = map(self.of, exprs)
         parts = [part for part in found if part is not _NOTHING]
         if len(parts) < 2:

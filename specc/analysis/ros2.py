@@ -113,7 +113,7 @@ MESSAGES = {name: tuple(parts) for name, parts in grouped(_table()).items()}
 """The parts of messages, by their types as `package/Type`."""
 
 
-def short(message: str) -> str:
+def short_message_type(message: str) -> str:
     """`package/Type` of a type that may be written `package/msg/Type`."""
     return message.replace("/msg/", "/").replace("/action/", "/")
 
@@ -156,7 +156,7 @@ def _part_of_action(
 
 
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageTypeMismatch:
-    """The part of a binding's messages that is the element's value, or why none is."""
+    """The part of a binding's messages that holds the element's value, or why there is none."""
     if binding.action:
         return _part_of_action(binding, type_, commanded=commanded)
     if binding.tf:
@@ -169,7 +169,7 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
         )
     if binding.through:
         return MessagePart("message")
-    message = short(binding.message)
+    message = short_message_type(binding.message)
     parts = MESSAGES.get(message)
     if parts is None:
         return MessageTypeMismatch(

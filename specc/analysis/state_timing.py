@@ -126,7 +126,7 @@ class StateTiming:
         return self._excluded[key]
 
     def excludes_row(self, row: Transition) -> bool:
-        """Whether conditions on time are the reason that a row is never taken."""
+        """Whether a row is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
         return self.is_time_the_cause(
             *as_conditions(source.facts_after(row.cause)), row.condition.when

@@ -50,7 +50,7 @@ from specc.source import Place
 
 
 def no_value(error: Exception) -> str:
-    """Why arithmetic has no result."""
+    """Explain why arithmetic has no result."""
     match error:
         case TooMuchError():
             return str(error)
@@ -62,7 +62,7 @@ def no_value(error: Exception) -> str:
 
 
 def failure(expr: Expr, value: Callable[[Expr], float | None]) -> str:
-    """Why an operation has no result; "" if it may have one.
+    """Explain why an operation has no result; "" if it may have one.
 
     `value` gives the number that a part is, None if it is not known.
     """
@@ -191,7 +191,7 @@ class SuspiciousExpressions:
                 self._lets_with_any.add(let.name)
 
     def is_in(self, expr: Expr) -> bool:
-        """Whether an expression has one, itself or in a let."""
+        """Whether an expression is suspicious, itself or in a let."""
         return bool(self._at) and any(
             id(node) in self._at or (isinstance(node, LetRef) and node.name in self._lets_with_any)
             for node in walk(expr)
@@ -457,5 +457,5 @@ def _written(text: ExpressionText, node: Expr) -> tuple[Place, str, Offsets, typ
 
 
 def _picks(expr: Expr) -> int:
-    """-1 for the least of some numbers, 1 for the greatest, 0 for what is neither."""
+    """-1 for a minimum of numbers, 1 for a maximum, 0 for anything else."""
     return FUNCTIONS[expr.name].picks if isinstance(expr, Builtin) else 0

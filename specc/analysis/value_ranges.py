@@ -159,7 +159,7 @@ class MemoryBounds:
         return range_of_parts(expr, [self._of(part, now) for part in children(expr)])
 
     def _narrowed(self, now: _Now, condition: Expr) -> _Now:
-        """The bounds where a condition holds; unchanged where it never does."""
+        """Narrow bounds to where a condition holds; unchanged if it never does."""
         found = dict(now)
         self._budget -= len(now)
         for part in conjuncts(self._numbering.resolve(condition)):
@@ -242,7 +242,7 @@ class ValueRanges:
                     _among_literals(memory, self._possible_values(memory)),
                     self.bounds.of(memory),
                 )
-                ends = tuple(_ends(memory, within))
+                ends = tuple(_bound_conditions(memory, within))
                 self.invariants += (values,) if values else ends
                 if len(given[item.name]) == 1:
                     self.unwritten |= {item.name: values} if values else {}
@@ -252,7 +252,7 @@ class ValueRanges:
                     self.conditions[item.name] = ends[0]
 
     def members(self, expr: Expr) -> frozenset[str]:
-        """The members of an enum that an expression may be, as far as they are known by name."""
+        """The members of an enum that an expression may have, as far as they are known by name."""
         return frozenset(
             leaf.name for leaf in self._possible_values(expr) if isinstance(leaf, Member)
         )
@@ -276,7 +276,7 @@ class ValueRanges:
         return ()
 
 
-def _ends(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
+def _bound_conditions(memory: MemoryRef, range_: Range) -> Iterator[Expr]:
     """The conditions that memory keeps within the finite ends of a range."""
     ends: tuple[tuple[Literal[">=", "<="], float], ...] = (">=", range_[0]), ("<=", range_[1])
     for op, end in ends:

@@ -49,7 +49,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     timing.silences_are_borne,
     plant.model_readable,
     plant.bindings_known,
-    plant.records_made,
+    plant.records_have_classes,
     plant.devices_simulated,
     plant.devices_bound,
     plant.sizes_match,
@@ -96,12 +96,12 @@ CHECKS: tuple[CheckFunction, ...] = (
     conditions.conditions_differ,
     memory.lists_end,
     formulas.formulas_vary,
-    formulas.names_say_more,
+    formulas.lets_are_not_aliases,
     formulas.windows_reach,
     formulas.requirements_differ,
     states.states_end,
     states.states_reached,
-    states.states_left,
+    states.states_can_be_left,
     assumptions.axioms_consistent,
     assumptions.axioms_needed,
     assumptions.axioms_hold,
@@ -140,7 +140,7 @@ def run_checks(
     *,
     sound: bool = True,
 ) -> tuple[list[Diagnostic], Facts]:
-    """All findings about a system, and what was found out on the way.
+    """Run all checks; returns the findings and the facts about the system.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
@@ -162,7 +162,7 @@ _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
 
 
 def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
-    """The findings, of dead parts only those that are dead in all uses of a description.
+    """Drop findings about dead parts that are alive in another use of their description.
 
     A row that one value of a parameter excludes is there for the other values.
     """

@@ -15,7 +15,7 @@ from specc.model.fsm import Cause
 
 
 def axioms_consistent(facts: Facts) -> Iterator[Diagnostic]:
-    """E0609."""
+    """E0609, for assumptions that contradict each other."""
     for machine in facts.machines:
         core = [machine.subsystem.axioms[i] for i in machine.prover.contradiction()]
         if core:

@@ -26,7 +26,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
 from specc.mjcf.model import ModelObject, ModelPart
 from specc.model.expr import Builtin, Expr, walk
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import PLANT, Binding
 from specc.model.types import Image, Pose
 from specc.model.units import Unit
@@ -36,9 +36,9 @@ from specc.source import Place
 
 
 def bindings_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
+    """E0505, for a binding whose kind does not suit its element."""
     for bound in facts.bindings:
-        complaint = _wrong_kind(bound)
+        complaint = _kind_complaint(bound)
         if complaint:
             message, help = complaint
             related = (_declaration(bound),)
@@ -58,11 +58,11 @@ _OF_TOPICS = ("topic", "message", "qos", "tf", "action", "part")
 _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 
 
-def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with the kind of a binding, and a way out; None if nothing is."""
+def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding does not suit its element, and a help text; None if it does."""
     if bound.plant in ("", "ros2"):  # topics have checks of their own
         return None
-    if not bound.is_commanded and (complaint := _sampled(bound.binding)):
+    if not bound.is_commanded and (complaint := _sampling_complaint(bound.binding)):
         return complaint
     if topic := first_key(bound.binding, _OF_TOPICS):
         return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
@@ -77,7 +77,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
             )
         return _command_measured(bound, _OF_SAMPLES)
     if not bound.is_commanded:
-        return _reporting(bound)
+        return _reported_complaint(bound)
     name = bound.element.name
     if not bound.binding.actuators:
         return f"`{name}` is commanded, but moves no actuator", "add `actuators: [...]`"
@@ -85,8 +85,8 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     return _command_measured(bound, (*kinds, *_OF_SAMPLES)) or _type_without_through(bound)
 
 
-def _sampled(binding: Binding) -> tuple[str, str] | None:
-    """What is wrong with the times of samples."""
+def _sampling_complaint(binding: Binding) -> tuple[str, str] | None:
+    """Why the times of samples are contradictory, and a help text; None if they are fine."""
     if binding.sporadic and binding.rate_hz is not None:
         return (
             "a sporadic device has no rate: its readers look for a sample in each of their periods",
@@ -107,7 +107,7 @@ def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str,
     )
 
 
-def _reporting(bound: BoundElement) -> tuple[str, str] | None:
+def _reported_complaint(bound: BoundElement) -> tuple[str, str] | None:
     binding, name, type_ = bound.binding, bound.element.name, bound.element.type
     numbers = first_key(binding, ("joints", "sensors", "actuators"))
     if not binding.camera:
@@ -146,11 +146,11 @@ def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
 
 
 def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
+    """E0502, for names that the model lacks; `bindings_fit` reports bindings of the wrong kind."""
     model, plant = facts.model, facts.system.plant
     if plant is None or not isinstance(model, Model) or not model.complete:
         return
-    unfit = [bound.binding for bound in facts.bindings if _wrong_kind(bound)]
+    unfit = [bound.binding for bound in facts.bindings if _kind_complaint(bound)]
     parts = {"joints": model.joints, "sensors": model.sensors, "actuators": model.actuators}
     for binding in (binding for binding in plant.bindings if binding not in unfit):
         for key, known in parts.items():
@@ -179,10 +179,13 @@ _KINDS = ("joints", "sensors", "actuators")
 
 
 def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0505; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0511 for units that differ from the plant's, E0505 for parts listed twice.
+
+    See also `bindings_fit`.
+    """
     model = facts.model
     for bound in facts.bindings:
-        if _wrong_kind(bound):
+        if _kind_complaint(bound):
             continue
         # An actuator that is commanded twice is `actuators_driven_once`'s matter.
         for kind in _KINDS[:2] if bound.is_commanded else _KINDS:
@@ -216,7 +219,7 @@ def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
                 yield Diagnostic(
                     "E0511",
                     f"`{bound.element.name}` is in {unit}, and {kind} `{raw.name}` {verb} {other}",
-                    bound.binding.place.below(raw.kind, raw.place),
+                    bound.binding.place.below(raw.kind, raw.index),
                     related=(_declaration(bound),),
                     help="name another one, or a function under `through:` that converts",
                 )
@@ -231,7 +234,7 @@ def distances_bounded(facts: Facts) -> Iterator[Diagnostic]:
     """W0515, of a range finder without a cutoff and without `through`."""
     for bound in facts.bindings:
         binding = bound.binding
-        if not isinstance(facts.model, Model) or binding.through or _wrong_kind(bound):
+        if not isinstance(facts.model, Model) or binding.through or _kind_complaint(bound):
             continue
         for index, name in enumerate(binding.sensors):
             part = facts.model.parts.get(("sensor", name))
@@ -254,17 +257,17 @@ DEPTH_NOISES = ("kinect",)
 
 
 def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505; a binding of the wrong kind is `bindings_fit`'s matter."""
+    """E0505, for noise in another unit or count than what is measured; see also `bindings_fit`."""
     for bound in facts.bindings:
         binding = bound.binding
-        if bound.is_commanded or _wrong_kind(bound):
+        if bound.is_commanded or _kind_complaint(bound):
             continue
-        if complaint := _wrong_noise(binding):
+        if complaint := _noise_complaint(binding):
             message, help = complaint
             yield Diagnostic("E0505", message, binding.place.below("noise"), help=help)
             continue
         for index, unit in enumerate(binding.noise_units):
-            measured = _measured(bound, facts.model, index)
+            measured = _measured_units(bound, facts.model, index)
             if measured and unit not in measured:
                 units = join_words(dict.fromkeys(map(str, measured)), "and")
                 yield Diagnostic(
@@ -277,7 +280,7 @@ def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _wrong_noise(binding: Binding) -> tuple[str, str] | None:
+def _noise_complaint(binding: Binding) -> tuple[str, str] | None:
     if binding.depth_noise and binding.depth_noise not in DEPTH_NOISES:
         return f"there is no noise called `{binding.depth_noise}`", "write `noise: kinect`"
     if binding.depth_noise and binding.image != "depth":
@@ -289,7 +292,9 @@ def _wrong_noise(binding: Binding) -> tuple[str, str] | None:
     return None
 
 
-def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int) -> list[Unit]:
+def _measured_units(
+    bound: BoundElement, model: Model | ModelError | None, sensor: int
+) -> list[Unit]:
     """Units of what a sensor gives, and of what the element has there; none if not known.
 
     Where the two differ, that is `bindings_agree`'s matter.
@@ -297,15 +302,17 @@ def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int
     wanted = () if bound.binding.through else bound.units or ()
     start: int | None = 0
     for raw in raw_numbers(bound, model) if isinstance(model, Model) else ():
-        if raw.kind == "sensors" and raw.place == sensor:
+        if raw.kind == "sensors" and raw.index == sensor:
             units = raw.units or ()
             of_element = () if start is None else wanted[start : start + len(units)]
-            return [unit for unit in (*units, *(of_element or _only(wanted))) if unit is not None]
+            return [
+                unit for unit in (*units, *(of_element or _common_unit(wanted))) if unit is not None
+            ]
         start = None if start is None or raw.units is None else start + len(raw.units)
-    return _only(wanted)
+    return _common_unit(wanted)
 
 
-def _only(units: Sequence[Unit]) -> list[Unit]:
+def _common_unit(units: Sequence[Unit]) -> list[Unit]:
     """The common unit of some numbers, if they have one."""
     return list(units[:1]) if len(set(units)) == 1 else []
 
@@ -314,7 +321,7 @@ def _only(units: Sequence[Unit]) -> list[Unit]:
 
 
 def joints_like_actuators(facts: Facts) -> Iterator[Diagnostic]:
-    """W0513."""
+    """W0513, for joints that are not listed in the order of the actuators that drive them."""
     for bound in facts.bindings:
         model, place = facts.model, bound.binding.place
         if not (bound.is_commanded and bound.plant == "model" and isinstance(model, Model)):
@@ -397,7 +404,7 @@ _WAY = (
 
 
 def poses_measured(facts: Facts) -> Iterator[Diagnostic]:
-    """E0524."""
+    """E0524, for a pose whose frames are not those that the sensors of the model measure."""
     for bound in facts.bindings:
         if bound.is_pose and isinstance(facts.model, Model) and not bound.binding.camera:
             model = facts.model
@@ -405,10 +412,10 @@ def poses_measured(facts: Facts) -> Iterator[Diagnostic]:
             parts = [model.parts.get(key) for key in raw]
             known = [part for part in parts if part is not None]
             if parts and len(known) == len(parts) and [part.kind for part in known] != ["free"]:
-                yield from _of_pose(bound, known)
+                yield from _pose_findings(bound, known)
 
 
-def _of_pose(bound: BoundElement, parts: list[ModelPart]) -> Iterator[Diagnostic]:
+def _pose_findings(bound: BoundElement, parts: list[ModelPart]) -> Iterator[Diagnostic]:
     binding, type_, related = bound.binding, bound.element.type, (_declaration(bound),)
     kinds = [part.kind for part in parts]
     if kinds != [FRAME_POSITION, FRAME_ORIENTATION]:
@@ -420,7 +427,7 @@ def _of_pose(bound: BoundElement, parts: list[ModelPart]) -> Iterator[Diagnostic
     position, orientation = parts
     one, other = binding.sensors
     for of, verb in (("object", "measures"), ("reference", "measures in")):
-        first, second = _shown(position, of), _shown(orientation, of)
+        first, second = _object_phrase(position, of), _object_phrase(orientation, of)
         if first != second:
             message = f"sensor `{one}` {verb} {first}, and `{other}` {verb} {second}"
             help = "name the position and the orientation of one thing in one frame"
@@ -432,20 +439,20 @@ def _of_pose(bound: BoundElement, parts: list[ModelPart]) -> Iterator[Diagnostic
     # The frames may have the names of object and reference, the other way round.
     named = [each and each[1] for each in (position.object, position.reference)]
     frames = [type_.child, type_.parent]
-    if not _agree(frames, named) and _agree(frames[::-1], named):
-        child, reference = (_shown(position, of) for of in ("object", "reference"))
+    if not _some_frame_agrees(frames, named) and _some_frame_agrees(frames[::-1], named):
+        child, reference = (_object_phrase(position, of) for of in ("object", "reference"))
         message = f"the sensors give the pose of {child} in {reference}, not the other way round"
         help = f"make the type `pose[{type_.child}, {type_.parent}]`, and `inverse` it in its uses"
         yield Diagnostic("E0524", message, binding.place, related=related, help=help)
 
 
-def _shown(part: ModelPart, of: str) -> str:
+def _object_phrase(part: ModelPart, of: str) -> str:
     found: ModelObject | None = getattr(part, of)
     return "the world" if found is None else f"{found[0]} `{found[1]}`"
 
 
-def _agree(frames: Sequence[str], named: Sequence[str | None]) -> bool:
-    """Whether one frame or the other has the name of what the model has there."""
+def _some_frame_agrees(frames: Sequence[str], named: Sequence[str | None]) -> bool:
+    """Whether at least one frame has the name that the model has in its place."""
     return any(one == other for one, other in zip(frames, named, strict=True))
 
 
@@ -453,7 +460,7 @@ def _agree(frames: Sequence[str], named: Sequence[str | None]) -> bool:
 
 
 def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
-    """E0341."""
+    """E0341, for a function that is given the numbers of a quaternion in MuJoCo's order."""
     model = facts.model
     if not isinstance(model, Model):
         return
@@ -470,7 +477,7 @@ def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
                     quaternions[ReportedScalar(element, start + index)] = (element, raw), index
             start += len(raw.units or ())
     seen: set[Place] = set()
-    for subsystem, text, expr in _directions(facts) if quaternions else ():
+    for subsystem, text, expr in _quaternion_arguments(facts) if quaternions else ():
         place = text.place(expr)
         if place in seen:
             continue
@@ -490,7 +497,7 @@ def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
             if is_orientation(raw, model):
                 bind = f"bind an element of type `pose[...]` to the position and `{raw.name}`"
                 help = f"{bind}, or {help}"
-            gives = bindings[element].binding.place.below(raw.kind, raw.place)
+            gives = bindings[element].binding.place.below(raw.kind, raw.index)
             yield Diagnostic(
                 "E0341",
                 f"`{shown}` has the order w, x, y, z of {kind} `{raw.name}`, "
@@ -501,13 +508,13 @@ def quaternions_ordered(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _directions(facts: Facts) -> Iterator[tuple[str, ExpressionText, Expr]]:
+def _quaternion_arguments(facts: Facts) -> Iterator[tuple[str, ExpressionText, Expr]]:
     """The quaternions that functions are given, with the subsystem and text that they stand in."""
     every = [(s.qualified_name, text) for s in facts.subsystems for text in texts(s)]
     for item in facts.system.formulas:
-        parts = expressions(item.formula)
+        parts = expressions_in(item.formula)
         every += [("", ExpressionText(part, item.place, "")) for part in parts]
     for subsystem, text in every:
         for node in walk(text.expr):
-            if isinstance(node, Builtin) and (place := FUNCTIONS[node.name].direction) is not None:
-                yield subsystem, text, node.args[place]
+            if isinstance(node, Builtin) and (index := FUNCTIONS[node.name].direction) is not None:
+                yield subsystem, text, node.args[index]

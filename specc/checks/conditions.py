@@ -16,7 +16,7 @@ from specc.model.expr import (
     LITERALS,
     Choice,
     Expr,
-    InDependenceOrder,
+    LazyByDependence,
     LetRef,
     Quantifier,
     children,
@@ -75,9 +75,9 @@ class ConstantConditions:
         self._subsystem = subsystem
         self._machine = machine
         lets = {item.name: item for item in subsystem.lets}
-        self._of_lets = InDependenceOrder(
+        self._of_lets = LazyByDependence(
             {name: item.value for name, item in lets.items()},
-            lambda name: self._in(text_of(lets[name]), lets[name].value, None),
+            lambda name: self._find_parts(text_of(lets[name]), lets[name].value, None),
         )
         self._found: list[tuple[ExpressionText, Expr, bool, tuple[Expr, ...]]] = []
         self._in_conditions = True
@@ -108,24 +108,26 @@ class ConstantConditions:
         if truths > MOST_PARTS or not (truths or any(isinstance(n, LetRef) for n in nodes)):
             return
         self._found = []
-        self._in(text, text.expr, condition)
+        self._find_parts(text, text.expr, condition)
         for found in self._found:
             yield ConstantPart(condition, *found, self._unwritten(found[1]))
 
-    def _in(
+    def _find_parts(
         self,
         text: ExpressionText,
         expr: Expr,
         condition: Condition | None,
         context: tuple[Expr, ...] = (),
     ) -> bool:
-        """Find the constant parts below an expression, or else itself; whether there are any.
+        """Add the innermost constant parts of an expression to `_found`.
+
+        Returns whether there are any.
 
         Those of lets are found where they are first named. Without a condition, this is a let or a
         function. The tests in the `context` hold where the expression is evaluated.
         """
         below = [
-            self._in(text, child, condition, (*context, *inner))
+            self._find_parts(text, child, condition, (*context, *inner))
             for child, inner in _children_in_context(expr)
         ]
         if isinstance(expr, LetRef) and expr.name in self._of_lets:
@@ -212,16 +214,16 @@ def _tests(context: tuple[Expr, ...]) -> tuple[Expr, ...]:
 def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; `expressions_meant` reports suspicious parts of conditions."""
     machines = facts.complete_machines
-    return first_at_each_place(d for m in machines for d in _constant(m))
+    return first_at_each_place(d for m in machines for d in _constant_findings(m))
 
 
-def _constant(machine: Machine) -> Iterator[Diagnostic]:
+def _constant_findings(machine: Machine) -> Iterator[Diagnostic]:
     every = list(_parts(machine))
     for condition in machine.subsystem.conditions:
         value, when = machine.constant_value(condition), condition.when
         if value is None:
             parts = (part for part in every if part.condition is condition)
-            yield from (_part(machine, part) for part in parts)
+            yield from (_part_finding(machine, part) for part in parts)
         elif not machine.suspicious.is_in(when):
             word, label = "always" if value else "never", ""
             if machine.dwell_times.is_time_the_cause(negation(when) if value else when):
@@ -234,7 +236,9 @@ def _constant(machine: Machine) -> Iterator[Diagnostic]:
                 label,
                 help=f"write `{word}` where it is used, or correct the condition",
             )
-    yield from (_part(machine, part) for part in ConstantConditions(machine).parts_elsewhere())
+    yield from (
+        _part_finding(machine, part) for part in ConstantConditions(machine).parts_elsewhere()
+    )
 
 
 def _parts(machine: Machine) -> Iterator[ConstantPart]:
@@ -268,7 +272,7 @@ def _unwritten(machine: Machine) -> Iterator[Diagnostic]:
                 )
 
 
-def _part(machine: Machine, part: ConstantPart) -> Diagnostic:
+def _part_finding(machine: Machine, part: ConstantPart) -> Diagnostic:
     word = "always" if part.holds else "never"
     condition, label, related = part.condition, "", list[Related]()
     place = part.text.place(part.expr)
@@ -295,10 +299,10 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     Conditions that are constant or suspicious are reported elsewhere.
     """
     for machine in facts.complete_machines:
-        yield from first_at_each_place(_overdue(machine))
+        yield from first_at_each_place(_overdue_findings(machine))
 
 
-def _overdue(machine: Machine) -> Iterator[Diagnostic]:
+def _overdue_findings(machine: Machine) -> Iterator[Diagnostic]:
     for state in machine.subsystem.states:
         for exit in machine.dwell_times.overdue_exits(state):
             if not any(

@@ -25,7 +25,7 @@ _CODE = "W0519"
 
 
 def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519; numbers that constants decide are taken as intended, since these can be set."""
+    """W0519, for ranges and choices of equal numbers, unless constants decide them."""
     task = facts.system.task
     disturbances = task.disturbances if task else ()
     numbers = (number for each in disturbances for number in each.numbers)
@@ -43,58 +43,58 @@ def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519."""
+    """W0519, for disturbances and actions without effect: in no time, never, or twice."""
     task = facts.system.task
     for each in task.disturbances if task else ():
-        if each.duration and _is(each.duration, 0):
+        if each.duration and _is_always(each.duration, 0):
             place = replace(each.duration.place, part="value")
             help = "say for how long, or leave `lasts` out: it lasts to the end then"
             yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
-        if each.probability and _is(each.probability, 0):
+        if each.probability and _is_always(each.probability, 0):
             place = replace(each.probability.place, part="value")
             help = "say how probable it is, or leave the disturbance out"
             yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
         first: dict[tuple[str, str], Place] = {}
-        for verb, deed in each.actions_on():
-            earlier = first.setdefault((verb.name, deed.name), deed.place)
-            if earlier is not deed.place:
-                message = f"`{deed.name}` is {verb.participle} twice"
+        for verb, action in each.actions_on():
+            earlier = first.setdefault((verb.name, action.name), action.place)
+            if earlier is not action.place:
+                message = f"`{action.name}` is {verb.participle} twice"
                 related = (Related(earlier, "here already"),)
-                yield Diagnostic(_CODE, message, deed.place, "", related, "name it once")
-        done = {(deed.verb, deed.name): deed for deed in each.actions}
-        for verb, deed in each.actions_on():
-            yield from _in_vain(verb, deed, done)
+                yield Diagnostic(_CODE, message, action.place, "", related, "name it once")
+        done = {(action.verb, action.name): action for action in each.actions}
+        for verb, action in each.actions_on():
+            yield from _ineffective_action(verb, action, done)
 
 
 _Done = dict[tuple[str, str], DisturbanceAction]
 """By verb and name."""
 
 
-def _in_vain(verb: Verb, deed: DisturbanceAction, done: _Done) -> Iterator[Diagnostic]:
+def _ineffective_action(verb: Verb, action: DisturbanceAction, done: _Done) -> Iterator[Diagnostic]:
     """An action without effect: by its numbers, or by another one on the same part."""
     neutral, by, way = verb.neutral or (None, "", "")
-    if deed.numbers and all(_is(draw, neutral) for draw in deed.numbers):
-        place = replace(deed.place, part="value") if verb.numbers == "one" else deed.place
-        yield Diagnostic(_CODE, f"`{deed.name}` is {verb.participle} {by}", place, help=way)
+    if action.numbers and all(_is_always(draw, neutral) for draw in action.numbers):
+        place = replace(action.place, part="value") if verb.numbers == "one" else action.place
+        yield Diagnostic(_CODE, f"`{action.name}` is {verb.participle} {by}", place, help=way)
         return
-    for spoils, other in _spoiling(verb, deed, done):
-        message = f"`{deed.name}` is {verb.participle} and {spoils.participle} at once"
+    for spoils, other in _undoing_actions(verb, action, done):
+        message = f"`{action.name}` is {verb.participle} and {spoils.participle} at once"
         related = (Related(other.place, f"{spoils.participle} at the same time"),)
         help = "leave one of the two out, or let it happen later"
-        yield Diagnostic(_CODE, message, deed.place, "", related, help)
+        yield Diagnostic(_CODE, message, action.place, "", related, help)
         return
 
 
-def _spoiling(
-    verb: Verb, deed: DisturbanceAction, done: _Done
+def _undoing_actions(
+    verb: Verb, action: DisturbanceAction, done: _Done
 ) -> Iterator[tuple[Verb, DisturbanceAction]]:
     """Actions on the same part, or on its joint, that undo an action."""
-    for spoils, name in product(verb.spoiled_by, (deed.name, deed.name.partition(".")[0])):
+    for spoils, name in product(verb.spoiled_by, (action.name, action.name.partition(".")[0])):
         if (spoils, name) in done:
             yield VERBS[spoils], done[spoils, name]
 
 
-def _is(draw: Draw, number: float | None) -> bool:
+def _is_always(draw: Draw, number: float | None) -> bool:
     return all(value == number for value, _ in draw.values)
 
 
@@ -102,7 +102,7 @@ def _is(draw: Draw, number: float | None) -> bool:
 
 
 def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
-    """W0519."""
+    """W0519, for a disturbance that may begin again within a tick."""
     task, tick_s = facts.system.task, facts.rates.tick_s
     repeated = [each.every for each in task.disturbances if each.every] if task else []
     for every in repeated if facts.rates.timed else ():
@@ -125,20 +125,20 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
     task, tick_s = facts.system.task, facts.rates.tick_s
     timed = facts.rates.timed and task is not None and facts.system.plant is not None
     for each in task.disturbances if timed and task else ():
-        if each.duration is None or _is(each.duration, 0):
+        if each.duration is None or _is_always(each.duration, 0):
             continue
         place = replace(each.duration.place, part="value")
         lasts_s = max(_exact(value) for value, _ in each.duration.values)
         is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {in_ms(tick_s)} or longer"
         missed = [
-            deed
-            for _, deed in each.actions_on("samples", "measurement")
-            if _misses(deed, each, facts)
+            action
+            for _, action in each.actions_on("samples", "measurement")
+            if _is_never_measured(action, each, facts)
         ]
-        for deed in missed:
-            message = f"this is over after {in_ms(lasts_s)}, before `{deed.name}` is measured"
-            related = (Related(deed.place, "nothing is done to it"),)
-            period_s = max(_periods_s(deed.name, facts))
+        for action in missed:
+            message = f"this is over after {in_ms(lasts_s)}, before `{action.name}` is measured"
+            related = (Related(action.place, "nothing is done to it"),)
+            period_s = max(_periods_s(action.name, facts))
             longer = f"it is measured every {in_ms(period_s)}: make `lasts` as long, or longer"
             yield Diagnostic(_CODE, message, place, "it does nothing", related, longer)
             break
@@ -147,10 +147,10 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
             yield Diagnostic(_CODE, message, place, "disturbances end at ticks", help=help)
 
 
-def _misses(deed: DisturbanceAction, each: Disturbance, facts: Facts) -> bool:
+def _is_never_measured(action: DisturbanceAction, each: Disturbance, facts: Facts) -> bool:
     """Whether an element is surely not measured from where a disturbance begins to its end."""
     fixed = each.when is None and each.every is None and each.at and len(each.at.values) == 1
-    periods_s = _periods_s(deed.name, facts)
+    periods_s = _periods_s(action.name, facts)
     if not (fixed and each.at and each.duration and periods_s):
         return False
     tick_s = facts.rates.tick_s
@@ -181,34 +181,38 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, where it is sure whenever what they wait for comes."""
     task = facts.system.task
     for one, other in combinations(task.disturbances if task else (), 2):
-        for deed, word, earlier in _both(one, other):
+        for action, word, earlier in _conflicting_actions(one, other):
             yield Diagnostic(
                 _CODE,
-                f"`{deed.name}` is {word} by another disturbance at this time",
-                deed.place,
+                f"`{action.name}` is {word} by another disturbance at this time",
+                action.place,
                 related=(Related(earlier.place, "the other one"),),
                 help="delete one of the two, or let it happen at another time",
             )
             break
 
 
-def _both(
+def _conflicting_actions(
     one: Disturbance, other: Disturbance
 ) -> Iterator[tuple[DisturbanceAction, str, DisturbanceAction]]:
     """Each action that the other disturbance undoes, and how, and the action that undoes it."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
     first, second = (
-        {(deed.verb, deed.name): deed for deed in each.actions} for each in (one, other)
+        {(action.verb, action.name): action for action in each.actions} for each in (one, other)
     )
-    for verb, deed in other.actions_on():
+    for verb, action in other.actions_on():
         # Forces and errors of measurement add up.
         same = (together and verb.numbers == "none") if verb.has_duration else at_once
-        if same and (deed.verb, deed.name) in first:
-            yield deed, verb.participle, first[deed.verb, deed.name]
+        if same and (action.verb, action.name) in first:
+            yield action, verb.participle, first[action.verb, action.name]
     for going_on, done, moved in ((one, first, other), (other, second, one)):
-        for verb, deed in moved.actions_on("coordinate") if _happens_in(going_on, moved) else ():
+        for verb, action in (
+            moved.actions_on("coordinate") if _begins_during(going_on, moved) else ()
+        ):
             yield from (
-                (deed, s.participle, d) for s, d in _spoiling(verb, deed, done) if s.has_duration
+                (action, s.participle, d)
+                for s, d in _undoing_actions(verb, action, done)
+                if s.has_duration
             )
 
 
@@ -230,7 +234,7 @@ def _overlap(one: Disturbance, other: Disturbance) -> bool:
     return max(first[1], second[1]) < min(ends)
 
 
-def _happens_in(going_on: Disturbance, moment: Disturbance) -> bool:
+def _begins_during(going_on: Disturbance, moment: Disturbance) -> bool:
     """Whether one surely begins while the other one goes on."""
     if _moment(going_on) == _moment(moment):
         return True
@@ -260,22 +264,22 @@ Units = tuple[Unit | None, ...]
 
 
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0517; scales are known to be without a unit."""
+    """E0502 for errors of an element that no device reports, E0517 for unsuitable numbers."""
     task = facts.system.task
     for each in task.disturbances if task and facts.system.plant else ():
-        for verb, deed in each.actions_on("measurement"):
-            element = deed.name
+        for verb, action in each.actions_on("measurement"):
+            element = action.name
             if (known := facts.reported.get(element)) is None:
                 help = suggest(element, sorted(facts.reported))
-                yield Diagnostic("E0502", f"no device reports `{element}`", deed.place, help=help)
+                yield Diagnostic("E0502", f"no device reports `{element}`", action.place, help=help)
             elif (fault := _no_numbers(known)) is not None:
                 related = (Related(known.binding.place, "bound here"),)
                 message = f"`{element}` cannot be {verb.participle}: {fault}"
                 help = "name an element of which numbers are measured"
-                yield Diagnostic("E0517", message, deed.place, related=related, help=help)
+                yield Diagnostic("E0517", message, action.place, related=related, help=help)
             elif verb.numbers != "none" and (units := _units(known, facts)) is not None:
                 before = ", before its `through`," if known.binding.through else ""
-                yield from _fitting(verb, f"`{element}`{before}", deed, units)
+                yield from _number_faults(verb, f"`{element}`{before}", action, units)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:
@@ -302,23 +306,25 @@ def _units(bound: BoundElement, facts: Facts) -> Units | None:
     return found
 
 
-def _fitting(verb: Verb, of: str, deed: DisturbanceAction, units: Units) -> Iterator[Diagnostic]:
-    draws = deed.numbers
+def _number_faults(
+    verb: Verb, subject: str, action: DisturbanceAction, units: Units
+) -> Iterator[Diagnostic]:
+    """Yield E0517 if numbers of an action differ in count or unit from those that are measured."""
+    draws = action.numbers
     if len(draws) not in (1, len(units)):
-        message = (
-            f"{counted(len(units), 'number')} of {of} cannot be {verb.participle} by {len(draws)}"
-        )
+        numbers = counted(len(units), "number")
+        message = f"{numbers} of {subject} cannot be {verb.participle} by {len(draws)}"
         help = (
             "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
         )
-        yield Diagnostic("E0517", message, replace(deed.place, part="value"), help=help)
+        yield Diagnostic("E0517", message, replace(action.place, part="value"), help=help)
         return
-    several = len(draws) == 1 < len(units)
+    is_one_for_all = len(draws) == 1 < len(units)
     for index, wanted in enumerate(() if verb.unit else units):
-        draw = draws[0 if several else index]
-        if wanted is not None and (given := draw.invalid_unit(wanted)):
-            mixed = several and len(set(units)) > 1
-            name = f"number {index} of {of}" if len(units) > 1 else of
+        draw = draws[0 if is_one_for_all else index]
+        if wanted is not None and (given := draw.first_other_unit(wanted)):
+            mixed = is_one_for_all and len(set(units)) > 1
+            name = f"number {index} of {subject}" if len(units) > 1 else subject
             help = f"write a number with that unit, e.g. `0.1[{wanted}]`"
             help = "their units differ: give one number for each" if mixed else help
             place = replace(draw.place, part="value")

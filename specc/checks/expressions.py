@@ -12,7 +12,7 @@ from specc.lang import RESERVED, show
 from specc.lang.builtins import FUNCTIONS
 from specc.model.expr import Binary, Builtin, Choice, Lag, Logic, walk
 from specc.model.fsm import Assignment
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import Constant, Let, Memory, OuterName
 from specc.source import Place
 
@@ -20,8 +20,8 @@ from specc.source import Place
 
 
 def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
-    """E0334."""
-    for constant, why in facts.valueless:
+    """E0334, for a constant whose arithmetic has no result."""
+    for constant, why in facts.constants_without_value:
         message = f"`{show(constant.value)}` has no value: {why}"
         yield Diagnostic("E0334", message, constant.place, help="write another number")
 
@@ -30,7 +30,7 @@ def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def lateness_of_subsystems(facts: Facts) -> Iterator[Diagnostic]:
-    """E0339."""
+    """E0339, for `late(...)` of a measurement: a device has no periods."""
     for subsystem in facts.subsystems:
         for text in texts(subsystem):
             for node in walk(text.expr):
@@ -68,7 +68,7 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
         item.place.within(*node.span)
         for item in facts.system.formulas
         if item.names and found
-        for part in expressions(item.formula)
+        for part in expressions_in(item.formula)
         for node in walk(part)
         if item.is_named(node)
     }
@@ -147,7 +147,10 @@ Named = Memory | Let | Constant | OuterName
 
 
 def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
-    """E0221; constants and files hold in the subsystems that their own file describes."""
+    """E0221, for names with two meanings.
+
+    Outer names count in the subsystems that their own file describes.
+    """
     for subsystem in facts.subsystems:
         first: dict[str, tuple[str, Named]] = {}
         named: list[tuple[str, Named]] = [(item.kind, item) for item in subsystem.outside]
@@ -177,7 +180,7 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def one_writer(facts: Facts) -> Iterator[Diagnostic]:
-    """E0608."""
+    """E0608, for a behaviour that writes a target twice."""
     for subsystem in facts.subsystems:
         for behaviour in subsystem.behaviours:
             first: dict[tuple[str, str], Assignment] = {}

@@ -17,7 +17,7 @@ from specc.model.requirement import (
     Temporal,
     TemporalFormula,
     TickCondition,
-    expressions,
+    expressions_in,
     is_timeless,
     span_of,
 )
@@ -50,7 +50,7 @@ def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what is about constants or literals alone is taken as intended."""
     for item in _formulas(facts):
         if not item.readings:
-            parts = (node for part in expressions(item.formula) for node in walk(part))
+            parts = (node for part in expressions_in(item.formula) for node in walk(part))
             if not any(isinstance(node, ConstantRef) for node in parts):
                 yield Diagnostic(
                     "W0613",
@@ -60,7 +60,7 @@ def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
                 )
             continue
         found = _in_all_copies(item, list(_ConstantParts(item, facts).find(item.formula)))
-        yield from found or _at_first_tick(item, facts)
+        yield from found or _first_tick_findings(item, facts)
 
 
 def _in_all_copies(item: Requirement, found: list[Diagnostic]) -> list[Diagnostic]:
@@ -114,9 +114,9 @@ class _ConstantParts:
             yield from self._of_formula(TickCondition(expr))
 
     def _of_formula(self, formula: TemporalFormula) -> Iterator[Diagnostic]:
-        nodes = [node for part in expressions(formula) for node in walk(part)]
+        nodes = [node for part in expressions_in(formula) for node in walk(part)]
         is_intended = any(isinstance(node, Truth) for node in nodes)
-        is_suspicious = any(map(self._suspicious.is_in, expressions(formula)))
+        is_suspicious = any(map(self._suspicious.is_in, expressions_in(formula)))
         varies = any(isinstance(node, BoundVariable | MemoryRef) for node in nodes)
         if is_intended or is_suspicious or not varies:
             return
@@ -187,19 +187,24 @@ def _premises(formula: TemporalFormula) -> Iterator[TemporalFormula]:
 # What is asked of the first tick alone is open there.
 
 
-def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
-    """W0336, about formulas without `always`: what the first states say of them."""
+def _first_tick_findings(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
+    """Yield W0336 for a requirement without `always` that the initial states decide.
+
+    Also for one of which a part concerns the first tick only.
+    """
     if item.holds_always or item not in facts.system.requirements:
         return
     ticks = facts.ticks
-    begun = [known for r in item.readings if (known := initial_state_of(r, facts.system))]
-    first = [ticks.formula_at(known) for known in begun]
+    initial_conditions = [
+        known for r in item.readings if (known := initial_state_of(r, facts.system))
+    ]
+    initial_formulas = [ticks.formula_at(known) for known in initial_conditions]
     at_tick, help = ticks.formula_at(item.formula), "write `always(...)` around it, or correct it"
-    if ticks.follows(at_tick, *first):
+    if ticks.follows(at_tick, *initial_formulas):
         message = "this holds at the first tick already, so nothing is asked of a run"
-    elif not ticks.is_possible(at_tick, *first):
+    elif not ticks.is_possible(at_tick, *initial_formulas):
         message = "this cannot hold at the first tick, and without `always` it is asked there"
-    elif (early := _of_first_tick(item.formula)) is not None:
+    elif (early := _part_about_first_tick(item.formula)) is not None:
         words = f"`{item.part(early)}` is asked at the first tick alone"
         help = "write `always(...)` around the whole, or say within what time"
         yield Diagnostic("W0336", words, _place(item, early), help=help)
@@ -209,21 +214,21 @@ def _at_first_tick(item: Requirement, facts: Facts) -> Iterator[Diagnostic]:
     yield Diagnostic("W0336", message, item.place, help=help)
 
 
-def _of_first_tick(formula: TemporalFormula) -> TemporalFormula | None:
+def _part_about_first_tick(formula: TemporalFormula) -> TemporalFormula | None:
     """A part that is about the first tick only."""
     if isinstance(formula, TickCondition) or is_timeless(formula):
         return formula
     if isinstance(formula, Temporal):
         return formula if formula.op in ("once", "historically", "since") else None
-    found = map(_of_first_tick, formula.operands)
+    found = map(_part_about_first_tick, formula.operands)
     return next((part for part in found if part is not None), None)
 
 
 # A name stands for more than another one.
 
 
-def names_say_more(facts: Facts) -> Iterator[Diagnostic]:
-    """W0336."""
+def lets_are_not_aliases(facts: Facts) -> Iterator[Diagnostic]:
+    """W0336, for a let of formulas that only renames a constant or another let."""
     for let in facts.system.formula_lets:
         other = let.value.name if isinstance(let.value, ConstantRef) else ""
         if let.formula and let.formula.that in let.names:
@@ -237,7 +242,7 @@ def names_say_more(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
-    """W0336."""
+    """W0336, for temporal operators whose span is shorter than a tick, or that could be one."""
     periods = {s.qualified_name: 1 / s.rate_hz for s in facts.rates.timed}
     if not periods or facts.broken:
         return
@@ -261,7 +266,7 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
                 help = f"write `{part.op}({total:g}[s], {inner})`, or correct it"
                 yield Diagnostic("W0336", message, _place(item, part), help=help)
             elif part.op == "within":
-                nodes = (node for each in expressions(operand) for node in walk(each))
+                nodes = (node for each in expressions_in(operand) for node in walk(each))
                 named = dict.fromkeys(owners.get(n.name) for n in nodes if isinstance(n, MemoryRef))
                 known = [periods[owner] for owner in named if owner in periods]
                 if known and len(known) == len(named) and part.span_s < min(known):

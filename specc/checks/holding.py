@@ -93,12 +93,12 @@ def path_to_device(
     peer = wire.peer_port.peer
     silent = frozenset((peer, name) for name in unsent)
     relay = _Relay(facts, facts.of(reader), reads, (peer, output[1]), silent)
-    for further, states in relay.outputs():
+    for further, states in relay.constant_outputs():
         rest = path_to_device(
             facts, reader, further, unsent_in(reader, states, further[0]), (*passed, sender)
         )
         if rest is not None:
-            stops = relay.interrupting(further, states)
+            stops = relay.interrupting_elements(further, states)
             return ValuePath((reader, *rest.through), rest.device, rest.element, stops)
     return None
 
@@ -126,12 +126,12 @@ class _Relay:
         self._origin = origin
         self._silent_inputs = silent
         lets = machine.subsystem.lets
-        self._implied = ImpliedFacts(lets, self._missing)
+        self._implied = ImpliedFacts(lets, self._missing_input)
         self._guards = Guards[InputNames](
             lets, lambda missing, *test: missing | self._implied.of(*test), frozenset.intersection
         )
 
-    def _missing(self, condition: Expr, holds: bool) -> InputNames:
+    def _missing_input(self, condition: Expr, holds: bool) -> InputNames:
         """The input that prevents a condition, or its negation."""
         match condition:
             case Fresh(input=element) if holds and element.key in self._silent_inputs:
@@ -140,8 +140,8 @@ class _Relay:
                 return frozenset((element.key,))
         return frozenset()
 
-    def outputs(self) -> Iterator[tuple[InputName, list[State]]]:
-        """The outputs that stay the same with the origin, and the states that go on sending them.
+    def constant_outputs(self) -> Iterator[tuple[InputName, list[State]]]:
+        """Yield outputs that stay constant with the origin, and the states that send them.
 
         The subsystem need not leave these states, neither by time nor because nothing comes.
         """
@@ -155,15 +155,15 @@ class _Relay:
             if states:
                 yield output, states
 
-    def interrupting(self, output: InputName, states: list[State]) -> frozenset[str]:
-        """Elements of the origin's buffer of which a new value may end that."""
+    def interrupting_elements(self, output: InputName, states: list[State]) -> frozenset[str]:
+        """The elements of the origin's buffer whose new values may end this."""
         inputs = self._machine.subsystem.inputs
         found = {
             n for s in states for n in self._sources(s, output) if not is_motion(inputs[n].type)
         }
         for state in states:
             for step in self._ways_out(state, states):
-                found |= self._missing_for(step)
+                found |= self._missing_for_row(step)
         return frozenset(name for peer, name in found - {self._origin} if peer == self._origin[0])
 
     def _ways_out(self, state: State, states: list[State]) -> list[RowEdge]:
@@ -175,19 +175,19 @@ class _Relay:
         """Whether a row out of some states needs no missing input, and is no measured error."""
         on = self._machine.dependences.of(state.behaviour.error.when)
         others = on.has_clock or on.has_lag or on.arrivals or on.memory
-        is_accident = bool(on.values) and not others and all(map(self._device, on.values))
+        is_accident = bool(on.values) and not others and all(map(self._is_from_device, on.values))
         return any(
-            not self._missing_for(step) and not (step.row.cause == "error" and is_accident)
+            not self._missing_for_row(step) and not (step.row.cause == "error" and is_accident)
             for step in self._ways_out(state, states)
         )
 
-    def _missing_for(self, step: RowEdge) -> InputNames:
+    def _missing_for_row(self, step: RowEdge) -> InputNames:
         """The inputs that prevent a row."""
         ended = self._machine.subsystem.state(step.row.source).behaviour.facts_after(step.row.cause)
         tests = *ended, (step.row.condition.when, True)
         return frozenset[InputName]().union(*(self._implied.of(*test) for test in tests))
 
-    def _device(self, key: InputName) -> bool:
+    def _is_from_device(self, key: InputName) -> bool:
         name = self._machine.subsystem.qualified_name
         return bool(self._wires.measuring_device(name, key[0]))
 
@@ -241,8 +241,8 @@ class _Relay:
             case Fresh(input=element):
                 return element.key in self._silent_inputs
             case Choice(test=test):
-                return not any(map(self._device, self._machine.dependences.of(test).values))
-            case Input(key=key) if self._device(key):
+                return not any(map(self._is_from_device, self._machine.dependences.of(test).values))
+            case Input(key=key) if self._is_from_device(key):
                 return is_motion(part.type)
             case Input(peer=peer, key=key):
                 is_held = key in self._silent_inputs and not is_position(part.type)
@@ -281,7 +281,7 @@ class RetainedOutputs:
         self._states = [state for state in states if state.name in machine.reachable_states]
 
     def find(self) -> Iterator[RetainedOutput]:
-        """One for each state and output that it does not declare to hold."""
+        """Yield retained outputs, one for each state and output not declared to be held."""
         subsystem = self._machine.subsystem
         for output, element in subsystem.outputs.items():
             written = subsystem.assigned_values.get(output, {})
@@ -289,9 +289,9 @@ class RetainedOutputs:
             if not is_motion(element.type) or not silent or len(silent) == len(self._states):
                 continue
             moving = {name for name, values in written.items() if any(map(self._may_move, values))}
-            for state, group in self._staying(silent):
+            for state, group in self._states_to_stay_in(silent):
                 if output not in state.holds:
-                    yield from self._retained(state, group, output, moving)
+                    yield from self._retained_output(state, group, output, moving)
 
     def _may_move(self, value: Expr) -> bool:
         """Whether a value may be other than zero or None."""
@@ -301,8 +301,8 @@ class RetainedOutputs:
         zero = isinstance(value, Nothing | Unused)
         return not zero and any(self._machine.value_ranges.bounds.of(value))
 
-    def _staying(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
-        """States in which the machine may stay, each with the states of its cycle.
+    def _states_to_stay_in(self, silent: list[State]) -> Iterator[tuple[State, list[State]]]:
+        """Yield states in which the machine may stay, each with the states of its cycle.
 
         It does not stay in a state of one period, as in a sequence of steps.
         """
@@ -318,7 +318,7 @@ class RetainedOutputs:
             if group or not self._machine.dwell_times.is_one_period(state):
                 yield state, group or [state]
 
-    def _retained(
+    def _retained_output(
         self, state: State, group: list[State], output: InputName, moving: set[str]
     ) -> Iterator[RetainedOutput]:
         """The output that keeps its last value in a state, if that may be other than zero."""
@@ -354,10 +354,12 @@ def commands_sent(facts: Facts) -> Iterator[Diagnostic]:
             (retained.state, retained) for retained in RetainedOutputs(facts, machine).find()
         )
         for state, several in found.items():
-            yield _finding(machine.subsystem, state, several)
+            yield _retained_finding(machine.subsystem, state, several)
 
 
-def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) -> Diagnostic:
+def _retained_finding(
+    subsystem: Subsystem, state: State, several: list[RetainedOutput]
+) -> Diagnostic:
     names = [f"`{output.name}`" for output in several]
     elements = {
         f"`{output.path.device.qualified_name}.{output.path.element.name}`" for output in several
@@ -371,13 +373,15 @@ def _finding(subsystem: Subsystem, state: State, several: list[RetainedOutput]) 
         f"{join_words(sorted(elements), 'and')} {keep} the last {last}",
         state.place,
         "what was sent last goes on here",
-        tuple(dict.fromkeys(place for output in several for place in _way(subsystem, output))),
+        tuple(
+            dict.fromkeys(place for output in several for place in _value_path(subsystem, output))
+        ),
         f"send {'them' if len(names) > 1 else 'it'} in `{state.name}` as well, 0 to stop; "
         f"if the last {last} should stay, say so: `{retained}`",
     )
 
 
-def _way(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
+def _value_path(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
     sent = next(
         a for a in retained.before.behaviour.assignments if (a.peer, a.name) == retained.output
     )
@@ -392,7 +396,7 @@ def _way(subsystem: Subsystem, retained: RetainedOutput) -> Iterator[Related]:
 
 
 def held_outputs_sent(facts: Facts) -> Iterator[Diagnostic]:
-    """W0421."""
+    """W0421, for an output that a state declares to hold but sends, or that no state sends."""
     for machine in facts.complete_machines:
         for state in machine.subsystem.states:
             for index, output in enumerate(state.holds):

@@ -31,7 +31,7 @@ from specc.reachable import reachable
 # What functions make of a counter: it stays, or counts up; anything else may set it back.
 
 
-def _counts(machine: Machine, value: Expr, counter: str) -> bool | None:
+def _increments(machine: Machine, value: Expr, counter: str) -> bool | None:
     """Whether a value increments memory; False if it is that memory, None if it is another."""
     numbering = machine.prover.numbering
     match numbering.resolve(value):
@@ -40,22 +40,22 @@ def _counts(machine: Machine, value: Expr, counter: str) -> bool | None:
         case Binary(op="+", left=left, right=right):
             for one, other in ((left, right), (right, left)):
                 if (step := numbering.constant_number(other)) is not None and step > 0:
-                    return None if _counts(machine, one, counter) is None else True
+                    return None if _increments(machine, one, counter) is None else True
         case Choice(then=then, otherwise=otherwise):
-            branches = [_counts(machine, branch, counter) for branch in (then, otherwise)]
+            branches = [_increments(machine, branch, counter) for branch in (then, otherwise)]
             return None if None in branches else any(branches)
         case Builtin(name=name, args=args) if FUNCTIONS[name].picks:  # it stops at a number
             unknown = [arg for arg in args if numbering.constant_number(arg) is None]
-            return _counts(machine, unknown[0], counter) if len(unknown) == 1 else None
+            return _increments(machine, unknown[0], counter) if len(unknown) == 1 else None
     return None
 
 
-def _counted_in(machine: Machine, state: State) -> dict[str, bool | None]:
-    """The memory that a state assigns, and whether it counts."""
+def _counting_of_memory(machine: Machine, state: State) -> dict[str, bool | None]:
+    """Memory that a state assigns: True if incremented, False if unchanged, else None."""
     found: dict[str, bool | None] = {}
     for item in state.behaviour.assignments:
         if not item.peer:
-            found[item.name] = _counts(machine, item.value, item.name)
+            found[item.name] = _increments(machine, item.value, item.name)
     return found
 
 
@@ -101,7 +101,10 @@ def _reached(machine: Machine, comparison: Compare, counter: str) -> Expr | None
 
 def _way_back(machine: Machine, state: State, counter: str, reached: Expr) -> RowEdge | None:
     """The row by which the counter ends a state that is then entered again."""
-    counts = {s.name: _counted_in(machine, s).get(counter, False) for s in machine.subsystem.states}
+    counts = {
+        s.name: _counting_of_memory(machine, s).get(counter, False)
+        for s in machine.subsystem.states
+    }
 
     def following(step: RowEdge) -> list[RowEdge]:
         name = step.row.target
@@ -138,7 +141,9 @@ def counters_set_back(facts: Facts) -> Iterator[Diagnostic]:
 
 def _not_reset(machine: Machine) -> Iterator[Diagnostic]:
     for state in machine.subsystem.states:
-        for counter in (name for name, counts in _counted_in(machine, state).items() if counts):
+        for counter in (
+            name for name, counts in _counting_of_memory(machine, state).items() if counts
+        ):
             for limit in _limits(machine, state, counter):
                 way = _way_back(machine, state, counter, limit.reached)
                 if way is not None:

@@ -25,7 +25,7 @@ from specc.source import Place
 
 
 def model_readable(facts: Facts) -> Iterator[Diagnostic]:
-    """E0501."""
+    """E0501, for a model that cannot be read or lacks one of its files."""
     system = facts.system
     if system.plant is not None and isinstance(facts.model, ModelError):
         why, _, way_out = str(facts.model).partition("; ")
@@ -83,11 +83,13 @@ def _unknown_element(binding: Binding, message: str, name: str, known: list[str]
 # Records that Python code makes have a class that it can import.
 
 
-def records_made(facts: Facts) -> Iterator[Diagnostic]:
-    """O0201, once for each record."""
+def records_have_classes(facts: Facts) -> Iterator[Diagnostic]:
+    """O0201, for each record without a class whose values Python code has to create."""
     makers: dict[str, list[Related]] = {}
-    for type_, given, maker in _made(facts):
-        for name in _classless(type_) - {name for one in given for name in _classless(one)}:
+    for type_, given, maker in _python_results(facts):
+        for name in _records_without_class(type_) - {
+            name for one in given for name in _records_without_class(one)
+        }:
             makers.setdefault(name, []).append(maker)
     for name, (first, *others) in makers.items():
         yield Diagnostic(
@@ -101,7 +103,7 @@ def records_made(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
+def _python_results(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
     """The type of each result of Python code, with the types that it gets and may pass on."""
     for operator in facts.system.operators:
         given = [type_ for _, type_ in operator.parameters]
@@ -113,7 +115,8 @@ def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
             yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
 
 
-def _classless(type_: Type) -> set[str]:
+def _records_without_class(type_: Type) -> set[str]:
+    """The names of records in a type that name no Python class."""
     found = nested_types([type_])
     return {part.name for part in found if isinstance(part, Record) and not part.python}
 
@@ -181,7 +184,7 @@ _DEFAULT_CAMERA = (640, 480)
 
 
 def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
-    """E0507."""
+    """E0507, for an element that has another number of numbers or pixels than the plant."""
     model = facts.model
     if not isinstance(model, Model):
         return
@@ -216,7 +219,7 @@ def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
 
 
 def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
-    """E0508."""
+    """E0508, for an actuator that two elements command."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):
@@ -301,7 +304,7 @@ _LISTED = 4
 
 
 @dataclass(frozen=True, slots=True)
-class _Beyond:
+class _CommandOutOfRange:
     """A number that is surely beyond a limit of an actuator, and where it is sent from."""
 
     bound: BoundElement
@@ -318,7 +321,7 @@ class _Beyond:
 
 def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
     """W0525, once for each place that such a number comes from."""
-    found: dict[Place, list[_Beyond]] = {}
+    found: dict[Place, list[_CommandOutOfRange]] = {}
     machines = {machine.subsystem.qualified_name: machine for machine in facts.machines}
     for element in facts.bindings:
         for beyond in _of_element(element, facts, machines):
@@ -351,7 +354,7 @@ def commands_obeyed(facts: Facts) -> Iterator[Diagnostic]:
 
 def _of_element(
     bound: BoundElement, facts: Facts, machines: Mapping[str, Machine]
-) -> Iterator[_Beyond]:
+) -> Iterator[_CommandOutOfRange]:
     binding, type_ = bound.binding, bound.element.type
     is_number = isinstance(type_, Real) or (isinstance(type_, Vector) and type_.is_array)
     if not (bound.is_commanded and bound.plant == "model" and is_number) or binding.through:
@@ -360,17 +363,19 @@ def _of_element(
         model = facts.model
         limits = [*limits_of_control(name, model)] if isinstance(model, Model) else []
         at = index if isinstance(type_, Vector) else None
-        for definition in _sent(bound, at, facts) if limits else ():
+        for definition in _command_definitions(bound, at, facts) if limits else ():
             if isinstance(definition, ScalarExpr):
                 reaching = ScalarRanges(facts.definitions, machines.__getitem__).of(definition)
                 sent = definition.text.place(definition.expr)
                 for origin, ranges in reaching.items():
                     outside = ((r, li) for r in ranges for li in limits if _is_outside(r, li[1]))
                     for range_, limit in islice(outside, 1):
-                        yield _Beyond(bound, index, origin, sent, range_, limit)
+                        yield _CommandOutOfRange(bound, index, origin, sent, range_, limit)
 
 
-def _sent(bound: BoundElement, index: int | None, facts: Facts) -> Iterator[ScalarDefinition]:
+def _command_definitions(
+    bound: BoundElement, index: int | None, facts: Facts
+) -> Iterator[ScalarDefinition]:
     """Definitions of what states send to an element, and of its safe value."""
     element = bound.element
     for wire in facts.wires.wires_of_element(bound.binding.device, "y", element.name):

@@ -51,7 +51,7 @@ class Absence:
     def what(self) -> str:
         """The part in words."""
         owner = self.use.owner
-        return "an assumption" if isinstance(owner, Axiom) else _named(owner)
+        return "an assumption" if isinstance(owner, Axiom) else _owner_phrase(owner)
 
     @property
     def place(self) -> Place:
@@ -61,7 +61,7 @@ class Absence:
         return text.place(self.reading.input)
 
 
-def _named(owner: Function | Condition | Memory) -> str:
+def _owner_phrase(owner: Function | Condition | Memory) -> str:
     kind = "memory element" if isinstance(owner, Memory) else type(owner).__name__.lower()
     return f"{kind} `{owner.name}`"
 
@@ -69,10 +69,10 @@ def _named(owner: Function | Condition | Memory) -> str:
 def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
     """E0701 to E0704, once for each place that reads without a value, about the first state."""
     for machine in facts.consistent_machines:
-        yield from _without_input(machine)
+        yield from _absence_findings(machine)
 
 
-def _without_input(machine: Machine) -> Iterator[Diagnostic]:
+def _absence_findings(machine: Machine) -> Iterator[Diagnostic]:
     reported: set[tuple[str, Place]] = set()
     for absence in absences(machine):
         if (absence.code, absence.place) in reported:
@@ -109,7 +109,7 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
 
 
 def _remainders(machine: Machine) -> Callable[[Evaluation], bool]:
-    """A predicate for evaluations of `otherwise`, which reads what the other rows read."""
+    """Return a predicate for evaluations of `otherwise`, which reads what the other rows read."""
     rows = machine.subsystem.transitions
     known = {id(row.condition) for row in rows if row.is_otherwise}
     return lambda use: id(use.owner) in known
@@ -143,10 +143,10 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
         if machine.has_known_conditions and machine.present_values.needed:
-            yield from _missing(machine)
+            yield from _missing_value_findings(machine)
 
 
-def _missing(machine: Machine) -> Iterator[Diagnostic]:
+def _missing_value_findings(machine: Machine) -> Iterator[Diagnostic]:
     is_remainder, reported = _remainders(machine), set[object]()
     every = evaluations(machine.subsystem, (edge.row for edge in machine.edges))
     for use in sorted(every, key=is_remainder):
@@ -155,11 +155,13 @@ def _missing(machine: Machine) -> Iterator[Diagnostic]:
             place = (text_of(need.let) if need.let else use.text).place(need.sure)
             if not (is_remainder(use) and question in reported):
                 if place not in reported:
-                    yield _without_value(need, use, place, machine)
+                    yield _missing_value_finding(need, use, place, machine)
                 reported |= {question, place}
 
 
-def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) -> Diagnostic:
+def _missing_value_finding(
+    need: Need, use: Evaluation, place: Place, machine: Machine
+) -> Diagnostic:
     text = show(need.sure.value)
     optional = isinstance(need.sure.value.type, OptionalOf)
     lacking = "may be None" if optional else "may be empty"
@@ -167,7 +169,7 @@ def _without_value(need: Need, use: Evaluation, place: Place, machine: Machine) 
     what = (
         f"assumption {machine.subsystem.axioms.index(use.owner) + 1}"
         if isinstance(use.owner, Axiom)
-        else _named(use.owner)
+        else _owner_phrase(use.owner)
     )
     related: tuple[Related, ...] = ()
     if need.let is not None:

@@ -41,7 +41,7 @@ def lacks(python: str, folder: str = "", known: dict[str, ModuleSpec | None] | N
     try:
         found = os.stat(path)
         text = _text(path, found.st_mtime_ns, found.st_size)
-        if name in _described(text):
+        if name in _names_by_lines(text):
             return False
         if not spend("modules", len(text)):
             return False
@@ -84,8 +84,8 @@ def _text(path: str, changed_ns: int, size: int) -> str:
 
 
 @lru_cache(maxsize=256)
-def _described(text: str) -> frozenset[str]:
-    """The classes and functions at the top of a module, as its lines begin."""
+def _names_by_lines(text: str) -> frozenset[str]:
+    """The names of classes and functions at the top of a module, found line by line."""
     return frozenset(_DEFINED.findall(text))
 
 
@@ -94,11 +94,11 @@ def _names(text: str) -> frozenset[str] | None:
     """The names at the top of a module; None where it may define others."""
     tree = ast.parse(text)
     named = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    names = frozenset(_defined(tree.body))
+    names = frozenset(_names_defined_by(tree.body))
     return None if named & _DYNAMIC or {"__getattr__", "*"} & names else names
 
 
-def _defined(body: list[ast.stmt]) -> Iterator[str]:
+def _names_defined_by(body: list[ast.stmt]) -> Iterator[str]:
     for node in body:
         match node:
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
@@ -111,16 +111,20 @@ def _defined(body: list[ast.stmt]) -> Iterator[str]:
                 yield from (n.id for n in ast.walk(node) if isinstance(n, ast.Name))
                 if isinstance(node, _NESTED):
                     inside = ast.iter_child_nodes(node)
-                    yield from _defined([part for part in inside if isinstance(part, ast.stmt)])
+                    yield from _names_defined_by(
+                        [part for part in inside if isinstance(part, ast.stmt)]
+                    )
                     handlers = getattr(node, "handlers", [])
-                    yield from _defined([part for handler in handlers for part in handler.body])
+                    yield from _names_defined_by(
+                        [part for handler in handlers for part in handler.body]
+                    )
 
 
 def names_defined(facts: Facts) -> Iterator[Diagnostic]:
     """W0241, once for each object that is named."""
     folder = os.path.dirname(facts.system.file)
     known: dict[str, ModuleSpec | None] = {}
-    for python, place in dict(_named(facts.system)).items():
+    for python, place in dict(_named_objects(facts.system)).items():
         if lacks(python, folder, known):
             module, _, name = python.partition(":")
             yield Diagnostic(
@@ -131,8 +135,8 @@ def names_defined(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _named(system: System) -> Iterator[tuple[str, Place]]:
-    """What is named, and where."""
+def _named_objects(system: System) -> Iterator[tuple[str, Place]]:
+    """Yield the Python objects that a system names, with their places."""
     for operator in system.operators:
         yield operator.python, operator.place.below("python")
     places = {named.name: named.place for named in system.types}

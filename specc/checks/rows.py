@@ -169,10 +169,6 @@ def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _gap(decided: RowVerdictAt) -> Witness | None:
-    return decided.verdict.decision.gap if decided.verdict.rows else None
-
-
 def _with_one_more_row(group: SharedRows) -> str:
     decided, also = group.first, " to each of these states" if group.others else ""
     row = f"add the row `[{decided.state.name}, {decided.cause}, {OTHERWISE}, ...]`{also}, or one"
@@ -198,7 +194,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
         decided, widest, overlap = group.first, group.widest, group.witness
         one, other = overlap.holding
         first, second = decided.verdict.rows[one], decided.verdict.rows[other]
-        others = tuple(_others(group))
+        others = tuple(_other_rows(group))
         also = "and so does this row"
         if others and (own := widest.overlap((one, other))):
             also += f" {situation(own)}"
@@ -213,7 +209,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _others(group: SharedRows) -> Iterator[Related]:
+def _other_rows(group: SharedRows) -> Iterator[Related]:
     """The other rows that can apply together with one, at their places."""
     rows, shown = group.first.verdict.rows, set(group.witness.holding)
     pairs = ((i, j) for j in range(len(rows)) for i in range(j))
@@ -249,7 +245,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     for subsystem in facts.subsystems:
         sources, name = {row.source for row in subsystem.transitions}, subsystem.qualified_name
         states = [s for s in subsystem.states if s.name not in sources]
-        yield from _unfinished(subsystem, [s for s in states if (name, s.name) in without])
+        yield from _missing_rows(subsystem, [s for s in states if (name, s.name) in without])
     examples = facts.examples()
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
@@ -267,7 +263,7 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
+def _missing_rows(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
     """O0605 for each state without rows, or once if the table is empty."""
     if ends and not subsystem.transitions:
         yield Diagnostic(
@@ -344,7 +340,7 @@ _WAY_OUT = (
 
 
 def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
-    """W0606, with what the solver says, if it is installed; the code is the same in any case."""
+    """W0606, for rows of which nothing is proved, with the solver's answer if it is installed."""
     for decided in facts.row_verdicts:
         decision, state = decided.verdict.decision, decided.state
         if not decision.unknown or not decided.verdict.rows:

@@ -23,7 +23,7 @@ from specc.source import Place
 
 
 def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0516."""
+    """E0502 for the start of an unknown joint, E0516 for an impossible one."""
     task, plant = facts.system.task, facts.system.plant
     for start in task.starts if task else ():
         if isinstance(facts.model, Model):
@@ -57,7 +57,7 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
         else:
             words, hint = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
         yield Diagnostic("E0516", words, draw.place, help=hint)
-    elif unit is not None and (given := draw.invalid_unit(unit)):
+    elif unit is not None and (given := draw.first_other_unit(unit)):
         message = f"`{draw.name}` is in {unit}, not in {given}"
         help = f"write a number with that unit, e.g. `0.3[{unit}]`"
         yield Diagnostic("E0516", message, place, help=help)
@@ -93,7 +93,10 @@ def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
 
 
 def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0516, E0517; a plant in Python says itself what can happen to it."""
+    """E0502, E0516, E0517, for disturbances of unknown parts or beyond their limits.
+
+    A plant in Python says itself what can happen to it.
+    """
     task, model = facts.system.task, facts.model
     for each in task.disturbances if task else ():
         if facts.system.plant is None:
@@ -101,26 +104,26 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
             if not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
-            for verb, deed in each.actions_on():
-                for draw in deed.numbers if verb.subject in ("coordinate", "distance") else ():
+            for verb, action in each.actions_on():
+                for draw in action.numbers if verb.subject in ("coordinate", "distance") else ():
                     yield from _placed(draw, model, relative=verb.subject == "distance")
                 known = {"body": model.bodies, "joint": model.joints}.get(verb.subject)
-                if known is not None and deed.name not in known and model.complete:
-                    message = f"the model has no {verb.subject} `{deed.name}`"
-                    help = suggest(deed.name, sorted(known))
-                    yield Diagnostic("E0502", message, deed.place, help=help)
+                if known is not None and action.name not in known and model.complete:
+                    message = f"the model has no {verb.subject} `{action.name}`"
+                    help = suggest(action.name, sorted(known))
+                    yield Diagnostic("E0502", message, action.place, help=help)
 
 
 # Devices that are silent, which only sporadic ones may be, and for no longer than they say.
 
 
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502, E0517."""
+    """E0502 for the silence of an element that no device reports, E0517 for one without effect."""
     task = facts.system.task
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
     for each in task.disturbances if task and facts.system.plant else ():
-        for _, deed in each.actions_on("samples"):
-            silences[deed.name].append((each, deed.place))
+        for _, action in each.actions_on("samples"):
+            silences[action.name].append((each, action.place))
     for name, found in silences.items():
         if name in facts.reported:
             yield from _silent(name, found, facts.reported[name].binding, facts)
@@ -186,7 +189,9 @@ class _Sampling:
         self._grid = gcd(*self._periods)
 
     def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Silence]:
-        """All silences, a repeated one as often as there are silences, each of which may join two.
+        """Yield all silences.
+
+        Repeated ones are copied for each silence, since each may join two.
 
         Repetitions may begin at any time; two are one if there may be no sample between them.
         """
@@ -300,12 +305,12 @@ class _Sampling:
 
 
 def _end(row: list[_Silence]) -> float:
-    """The tick at which all are over at the latest."""
+    """The tick at which all silences are over at the latest."""
     return max(
         inf if span.ticks is None or span.last is None else span.last + span.ticks for span in row
     )
 
 
 def _exact(seconds: float) -> Fraction:
-    """The intended decimal, to the resolution of run times."""
+    """The intended decimal number of seconds, to the resolution of run times."""
     return Fraction(seconds).limit_denominator(10**9)

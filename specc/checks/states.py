@@ -12,7 +12,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import RowEdge, all_lead_to, components, reachable_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
-from specc.model.expr import FALSE, Expr, Fresh, InDependenceOrder, LetRef, Logic, Truth, Unary
+from specc.model.expr import FALSE, Expr, Fresh, LazyByDependence, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem
 from specc.model.wires import Wire
@@ -23,7 +23,7 @@ from specc.reachable import grouped, reachable
 
 
 def states_end(facts: Facts) -> Iterator[Diagnostic]:
-    """W0614.
+    """W0614, for a state that its terminal condition, though it may hold, never ends.
 
     Where there are rows, they are `rows_can_apply`'s matter; a condition that never holds at all
     is `conditions_vary`'s.
@@ -105,7 +105,7 @@ def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
 # No state holds its machine for ever unless the specification says so with `never`.
 
 
-def states_left(facts: Facts) -> Iterator[Diagnostic]:
+def states_can_be_left(facts: Facts) -> Iterator[Diagnostic]:
     """W0612, once for states that only lead to one another."""
     for machine in facts.complete_machines:
         if not machine.has_known_edges:
@@ -152,16 +152,16 @@ FREE: Implicants = (frozenset(),)
 _MOST = 64
 
 
-def all_of(parts: Iterable[Implicants]) -> Implicants:
+def conjunction_implicants(parts: Iterable[Implicants]) -> Implicants:
     """The implicants of a conjunction."""
     found = FREE
     for part in parts:
-        found = minimal(one | other for one, other in product(found, part))
+        found = minimal_implicants(one | other for one, other in product(found, part))
     return found
 
 
-def minimal(implicants: Iterable[InputNames]) -> Implicants:
-    """The minimal implicants; too many count as no need at all."""
+def minimal_implicants(implicants: Iterable[InputNames]) -> Implicants:
+    """The minimal implicants, or `FREE` if there are more than `_MOST`."""
     found: list[InputNames] = []
     for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
         if not any(other <= inputs for other in found):
@@ -176,18 +176,20 @@ class RowNeeds:
         self.machine = machine
         self.subsystem = machine.subsystem
         lets = {item.name: item.value for item in machine.subsystem.lets}
-        self._of_lets = InDependenceOrder(
+        self._of_lets = LazyByDependence(
             lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
         )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
         self.predecessors = grouped((step.row.target, step) for step in machine.edges)
 
     def needed(self, row: Transition) -> Implicants:
-        """What must be fresh for a row to be taken."""
+        """The implicants of a row: inputs that must be fresh for it to be taken."""
         end = self.subsystem.state(row.source).behaviour.ending(row.cause)
         key = row.cause, end.name, row.condition.name
         if key not in self._of_rows:
-            self._of_rows[key] = all_of(map(self._implicants, (end.when, row.condition.when)))
+            self._of_rows[key] = conjunction_implicants(
+                map(self._implicants, (end.when, row.condition.when))
+            )
         return self._of_rows[key]
 
     def ways_out(self, state: str) -> Implicants:
@@ -198,7 +200,7 @@ class RowNeeds:
             found.update(self.needed(step.row))
             if frozenset() in found:
                 return FREE
-        return minimal(found)
+        return minimal_implicants(found)
 
     def _implicants(self, expr: Expr, holds: bool = True) -> Implicants:
         """The implicants of a condition or of its negation."""
@@ -214,8 +216,8 @@ class RowNeeds:
             case Logic(op=op, operands=operands):
                 parts = [self._implicants(part, holds) for part in operands]
                 if (op == "and") == holds:
-                    return all_of(parts)
-                return minimal(inputs for part in parts for inputs in part)
+                    return conjunction_implicants(parts)
+                return minimal_implicants(inputs for part in parts for inputs in part)
         return FREE
 
 
@@ -244,7 +246,7 @@ class Waiting:
         self._waits: dict[tuple[str, str, frozenset[InputNames]], Wait] = {}
 
     def unserved(self, reader: Machine) -> Iterator[tuple[State, InputNames, RestingState]]:
-        """States that wait for a sender that may rest, what they need of it, and where it rests."""
+        """Yield states that wait for a sender that may rest, what they need, and where it rests."""
         rows = self._needs_of(reader)
         for state in reader.subsystem.states:
             found = rows.ways_out(state.name) if state.name in reader.reachable_states else FREE
@@ -266,7 +268,7 @@ class Waiting:
         return self._needs[name]
 
     def _wait(self, reader: Machine, wire: Wire, needs: frozenset[InputNames]) -> Wait | None:
-        """The needs that several states share."""
+        """The `Wait` that states with these needs share; None if the wire has no sender."""
         key = reader.subsystem.qualified_name, wire.port.peer, needs
         if key not in self._waits:
             if wire.peer_subsystem is None or wire.peer_port is None:
@@ -300,13 +302,15 @@ class Wait:
             return None  # said of the element, or of the state that would send it
         if self._rest is not None and self.reader.machine.is_on_cycle(state.name):
             return self._rest
-        still = self._sent_in(state)
+        still_sent = self._sent_in(state)
         before = {step.row.source for step in self.reader.predecessors.get(state.name, ())}
         states = map(self.reader.subsystem.state, before - {state.name})
-        spent = frozenset[InputName]().union(*map(self._sent_in, states)) - still
-        if (spent, still) not in self._unanswered:
-            self._unanswered[spent, still] = self._rest_unanswered(spent, still)
-        return self._unanswered[spent, still]
+        no_longer_sent = frozenset[InputName]().union(*map(self._sent_in, states)) - still_sent
+        if (no_longer_sent, still_sent) not in self._unanswered:
+            self._unanswered[no_longer_sent, still_sent] = self._rest_unanswered(
+                no_longer_sent, still_sent
+            )
+        return self._unanswered[no_longer_sent, still_sent]
 
     @cached_property
     def _serving(self) -> frozenset[str]:
@@ -326,20 +330,22 @@ class Wait:
             return None
         return RestingState(machine, _first(resting, machine.subsystem), None)
 
-    def _rest_unanswered(self, spent: InputNames, still: InputNames) -> RestingState | None:
+    def _rest_unanswered(
+        self, no_longer_sent: InputNames, still_sent: InputNames
+    ) -> RestingState | None:
         """Where the sender may rest after consuming what the reader sent before this state.
 
         The reader no longer sends `spent`, and still sends `still`.
         """
-        machine, peers = self.sender.machine, {peer for peer, _ in spent}
+        machine, peers = self.sender.machine, {peer for peer, _ in no_longer_sent}
         free: list[RowEdge] = []
         taking: list[RowEdge] = []
-        for step in machine.edges if spent else ():
+        for step in machine.edges if no_longer_sent else ():
             found = self.sender.needed(step.row)
-            bound = all(any(n[0] in peers and n not in still for n in i) for i in found)
+            bound = all(any(n[0] in peers and n not in still_sent for n in i) for i in found)
             if not bound:
                 free.append(step)
-            elif any(inputs & spent for inputs in found):
+            elif any(inputs & no_longer_sent for inputs in found):
                 taking.append(step)
         resting = self._resting(free) if taking else frozenset()
         silent = [s for s in free if not {s.row.source, s.row.target} & self._serving]
@@ -371,7 +377,7 @@ def _first(names: frozenset[str], subsystem: Subsystem) -> State:
 def _gives_up_work(
     resting: frozenset[str], reached: frozenset[str], steps: Sequence[RowEdge]
 ) -> bool:
-    """Whether the resting states are a trap, which `states_left` reports."""
+    """Whether the resting states are a trap, which `states_can_be_left` reports."""
     edges = {(s.row.source, s.row.target) for s in steps}
     if any((name, name) in edges for name in resting):
         return True

@@ -17,7 +17,7 @@ from specc.source import Place
 
 
 def subsystems_distinct(facts: Facts) -> Iterator[Diagnostic]:
-    """E0411."""
+    """E0411, for two subsystems of an agent with one name."""
     for agent in facts.system.agents:
         first: dict[str, Subsystem] = {}
         for subsystem in agent.subsystems:
@@ -148,16 +148,16 @@ def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
             if wire.peer_name in facts.broken | facts.wires.shared_devices:
                 continue
             if wire.peer_device is not None:
-                side = _side(wire.peer_device, "y" if wire.port.direction == "x" else "x")
-                yield from _compare(_end(wire.port), _End(side, wire.elements))
+                side = _side_place(wire.peer_device, "y" if wire.port.direction == "x" else "x")
+                yield from _end_differences(_end(wire.port), _End(side, wire.elements))
             elif wire.peer_subsystem is not None:
                 yield from _between_subsystems(wire, wire.peer_subsystem, facts)
     for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
 
-def _side(device: Device, side: str) -> Place:
-    """Where a device declares what it accepts or reports, or the device if it declares nothing."""
+def _side_place(device: Device, side: str) -> Place:
+    """The place where a device declares a side, or the device if it declares nothing."""
     return replace(device.place, route=(*device.place.route, side))
 
 
@@ -168,30 +168,33 @@ def _between_subsystems(wire: Wire, other: Subsystem, facts: Facts) -> Iterator[
             "E0401",
             f"`{port.peer}` is `{subsystem.agent}` itself, and an agent does not talk to itself",
             port.place,
-            related=_user(subsystem, port, facts),
+            related=_user_place(subsystem, port, facts),
             help="give the parameter another agent; what a subsystem keeps for itself is memory",
         )
         return
     if end is None:
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
         name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
-        lacks, here = _buffer(other, key, name), f"`{other.qualified_name}` has its buffers here"
+        lacks, here = (
+            _buffer_place(other, key, name),
+            f"`{other.qualified_name}` has its buffers here",
+        )
         given = ", or make it one of the agents that it is given"
         yield Diagnostic(
             "O0403",
             f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
             port.place,
             "nothing is connected to this end",
-            (Related(replace(lacks, part="key"), here), *_user(subsystem, port, facts)),
+            (Related(replace(lacks, part="key"), here), *_user_place(subsystem, port, facts)),
             f"add `{name}: {{...}}` under its `{key}:`, with the same elements"
             + (given if lacks.file != other.place.file else ""),
             lacks=(lacks,),
         )
     elif port.direction == "x":
-        yield from _compare(_end(port), _end(end))
+        yield from _end_differences(_end(port), _end(end))
 
 
-def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
+def _user_place(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
     """The place of a subsystem, or of its agent, that another file describes."""
     agents = (agent.place for agent in facts.system.agents if agent.name == subsystem.agent)
     users = (place for place in (subsystem.place, *agents) if place.file != port.place.file)
@@ -214,14 +217,14 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
                     "E0413",
                     f"`{port.peer}` and `{earlier.peer}` are both `{wire.peer_name}`",
                     port.place,
-                    related=(other, *_user(subsystem, port, facts)),
+                    related=(other, *_user_place(subsystem, port, facts)),
                     help="one buffer leads from one subsystem to another: give the parameters "
                     "different agents, or put all elements into one buffer",
                 )
 
 
-def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
-    """Where a buffer of a subsystem would be declared, beside its others if it has any."""
+def _buffer_place(subsystem: Subsystem, direction: str, peer: str) -> Place:
+    """The place where a buffer of a subsystem would be declared, beside its others."""
     if subsystem.ports:
         place = subsystem.ports[0].place
         return Place(place.file, (*place.route[:-2], direction, peer))
@@ -263,8 +266,8 @@ def _end(port: Port) -> _End:
     return _End(port.place, port.elements, port)
 
 
-def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
-    """Two ends of a connection."""
+def _end_differences(here: _End, there: _End) -> Iterator[Diagnostic]:
+    """Yield E0404 and E0405 for the differences between two ends of a connection."""
     mine, theirs = ({e.name: e for e in end.elements} for end in (here, there))
     for name, one in mine.items():
         other = theirs.get(name)
@@ -295,9 +298,9 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
             lacks=here.places_of(lacking_here) + there.places_of(lacking_there),
         )
     elif lacking_here:
-        yield _missing(here, lacking_here, there)
+        yield _missing_elements(here, lacking_here, there)
     elif lacking_there:
-        yield _missing(there, lacking_there, here)
+        yield _missing_elements(there, lacking_there, here)
 
 
 def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
@@ -305,7 +308,7 @@ def _distinct_texts(one: Type, other: Type) -> tuple[str, str]:
     texts = str(one), str(other)
     if texts[0] != texts[1]:
         return texts
-    inside = _inside(one), _inside(other)
+    inside = _type_details(one), _type_details(other)
     for (name, mine), (_, theirs) in zip(_parts(one), _parts(other), strict=False):
         if inside[0] == inside[1] and mine != theirs:
             one_text, other_text = _distinct_texts(mine, theirs)
@@ -319,8 +322,8 @@ def _parts(type_: Type) -> list[tuple[str, Type]]:
     return [("", inner) for inner in type_.parts]
 
 
-def _inside(type_: Type) -> str:
-    """What a type has of its own beside its name and the types of its parts."""
+def _type_details(type_: Type) -> str:
+    """The details of a type beyond its name and the types of its parts."""
     match type_:
         case Enum(members=members):
             return f" = enum[{', '.join(members)}]"
@@ -336,12 +339,12 @@ def _names(elements: Sequence[Element]) -> str:
 
 
 def _missing_at_other_end(elements: Sequence[Element]) -> Iterator[Related]:
-    """Where the other end has them; the first of many."""
+    """The places of elements at the other end; of many the first."""
     for element in elements[:_MOST_SHOWN]:
         yield Related(element.place, f"`{element.type}`, missing at the other end")
 
 
-def _missing(end: _End, elements: Sequence[Element], other: _End) -> Diagnostic:
+def _missing_elements(end: _End, elements: Sequence[Element], other: _End) -> Diagnostic:
     added = join_words([f'`{element.name}: "{element.type}"`' for element in elements], "and")
     it, interface = "it" if len(elements) == 1 else "them", end.interface
     to = f" to interface `{interface.text}`" if interface else ""
@@ -373,12 +376,12 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     for elements, side, direction, message in sides:
         if elements and not any(wire.port.direction == direction for wire in wires):
             names = ", ".join(f"`{e.name}`" for e in elements)
-            lacks = _buffer(subsystem, direction, port.peer)
+            lacks = _buffer_place(subsystem, direction, port.peer)
             here = replace(lacks, part="key")
             yield Diagnostic(
                 "O0403",
                 message,
-                _side(device, side),
+                _side_place(device, side),
                 f"{names}: missing at the other end",
                 (Related(here, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",

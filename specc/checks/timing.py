@@ -32,9 +32,9 @@ def rates_meet(facts: Facts) -> Iterator[Diagnostic]:
         ticks = f"10^{len(ticks) - 1}"
     yield Diagnostic(
         "E0409",
-        f"with {_rate(clash.odd)} the timeline repeats only after {ticks} ticks",
-        clash.odd.place.below("rate"),
-        _rated(clash.odd),
+        f"with {_rate(clash.subsystem)} the timeline repeats only after {ticks} ticks",
+        clash.subsystem.place.below("rate"),
+        _rated(clash.subsystem),
         tuple(related[:4]),
         f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
     )
@@ -93,7 +93,7 @@ def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
     Exploration finds whether the next value overtakes a declared event.
     """
     for reader, node, element in _inputs_tested_for_arrival(facts):
-        source = _source(node, facts) if reader in facts.rates.timed else None
+        source = _sending_rate(node, facts) if reader in facts.rates.timed else None
         if source is None or source[0] <= reader.rate_hz or element.event:
             continue
         rate, place = source
@@ -123,8 +123,8 @@ def _inputs_tested_for_arrival(facts: Facts) -> Iterator[tuple[Subsystem, InputN
             yield reader, node, element
 
 
-def _source(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
-    """The rate at which an element may be sent, and its place; None if it always is."""
+def _sending_rate(node: InputNode, facts: Facts) -> tuple[Fraction, Place] | None:
+    """The rate at which an element is measured or may be sent, with its place; else None."""
     match facts.ages.sources.origin(node):
         case Sent(sender=sender, silent_state=State()):
             return sender.rate_hz, sender.place.below("rate")
@@ -178,7 +178,7 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     """E0410, with the whole path of the oldest value."""
     if facts.broken or facts.faulty or facts.rates.clash or facts.rates.conflicts:
         return
-    for node, element in _bounded(facts):
+    for node, element in _inputs_with_max_age(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, AgeChain) and allowed is not None and oldest.age_s > allowed:
             scale = 1000
@@ -190,20 +190,20 @@ def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
                 f"`{node.short}` can be {in_ms(oldest.age_s)} old",
                 element.place.below("max_age"),
                 f"may be at most {in_ms(allowed)} old",
-                tuple(_way(oldest, facts)),
+                tuple(_age_path(oldest, facts)),
                 f"{_shorten(oldest, facts)}, which adds most, or allow {enough}",
             )
 
 
-def _bounded(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
-    """The elements whose age their readers limit."""
+def _inputs_with_max_age(facts: Facts) -> Iterator[tuple[InputNode, Element]]:
+    """Yield the inputs whose age their readers limit."""
     for node, element in facts.inputs():
         if element.max_age_s is not None:
             yield node, element
 
 
-def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
-    """From the measurement, or the computation, to the reader, with the time passed since."""
+def _age_path(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
+    """Yield the path of a value from its origin to the reader, with the time passed since."""
     steps = oldest.steps()
     first = facts.ages.sources.origin(steps[0].node)
     if isinstance(first, Measured):
@@ -227,7 +227,7 @@ def _way(oldest: AgeChain, facts: Facts) -> Iterator[Related]:
 
 
 def _shorten(oldest: AgeChain, facts: Facts) -> str:
-    """What would make the longest step of the way shorter."""
+    """A help text on how to shorten the longest step of the path."""
     steps: list[tuple[Fraction, str]] = []
     for step in oldest.steps():
         source = facts.ages.sources.origin(step.node)
@@ -245,10 +245,10 @@ def _shorten(oldest: AgeChain, facts: Facts) -> str:
 
 def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     """W0415, where the age of a value counts from the time at which it comes out of memory."""
-    for node, element in _bounded(facts):
+    for node, element in _inputs_with_max_age(facts):
         oldest = facts.ages.oldest(node)
         first = oldest.steps()[0].node if isinstance(oldest, AgeChain) else None
-        sources = facts.ages.sources.through_memory(first) if first else ()
+        sources = facts.ages.sources.stored_inputs(first) if first else ()
         memory = next((name for name, source in sources if facts.ages.is_measured(source)), "")
         if memory and not facts.ages.is_measured(node):
             yield Diagnostic(
@@ -272,8 +272,8 @@ _WAYS_OUT = {
 
 
 def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
-    """W0416."""
-    for node, element in _bounded(facts):
+    """W0416, for an input with `max_age` whose source may be silent for ever."""
+    for node, element in _inputs_with_max_age(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, UnboundedAge) and allowed is not None:
             yield Diagnostic(
@@ -281,12 +281,12 @@ def ages_limited(facts: Facts) -> Iterator[Diagnostic]:
                 f"nothing limits the age of `{node.short}`",
                 element.place.below("max_age"),
                 f"may be at most {in_ms(allowed)} old",
-                tuple(_silence(oldest, node)),
+                tuple(_silent_source(oldest, node)),
                 _WAYS_OUT[type(oldest.source)],
             )
 
 
-def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
+def _silent_source(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
     source = unbounded.source
     if isinstance(source, Measured):
         name = f"{source.device}.{unbounded.node.element}"
@@ -303,7 +303,7 @@ def _silence(unbounded: UnboundedAge, node: InputNode) -> Iterator[Related]:
 
 
 def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
+    """E0505, for a sensor whose rate fits neither its readers nor the base tick."""
     for conflict in facts.rates.conflicts:
         rate, tick = conflict.rate_hz, conflict.tick_s
         place = conflict.bound.binding.place.below("rate")
@@ -330,7 +330,7 @@ def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def budgets_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0414."""
+    """E0414, for a budget that is longer than the period."""
     for subsystem in facts.rates.timed:
         budget_s, period_s = subsystem.budget_s, 1 / subsystem.rate_hz
         if budget_s is not None and budget_s > period_s:
@@ -353,7 +353,7 @@ def values_cross(facts: Facts) -> Iterator[Diagnostic]:
         if subsystem.budget_s is None or subsystem.budget_s <= facts.rates.tick_s:
             continue
         first: dict[str, tuple[str, Place]] = {}
-        for name, type_, place in _crossing(subsystem, facts):
+        for name, type_, place in _process_values(subsystem, facts):
             for part in nested_types([type_]):
                 if isinstance(part, Opaque) and not part.codec:
                     first.setdefault(part.name, (name, place))
@@ -369,8 +369,8 @@ def values_cross(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
-    """What a process gets and gives: names, types and places of buffers, and of memory in use."""
+def _process_values(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
+    """Yield values that a process exchanges: name, type and place of elements and memory."""
     for port in subsystem.ports:
         for element in port.elements:
             name = f"{port.direction}.{port.peer}.{element.name}"
@@ -385,7 +385,7 @@ def _crossing(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, P
 
 
 def silences_are_borne(facts: Facts) -> Iterator[Diagnostic]:
-    """E0415, at the silence of a device."""
+    """E0415, for a silence that is too short or has no safe output."""
     for device in facts.system.devices:
         if device.silence_s is None or device.qualified_name in facts.broken:
             continue

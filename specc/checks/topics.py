@@ -12,7 +12,7 @@ from specc.analysis.ros2 import (
     frames_of,
     part_of,
     published_value,
-    short,
+    short_message_type,
 )
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
@@ -22,9 +22,9 @@ from specc.source import Place
 
 
 def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
+    """E0505, for a binding of ROS 2 whose kind does not suit its element."""
     for bound in facts.bindings:
-        if bound.plant == "ros2" and (complaint := _wrong_kind(bound)):
+        if bound.plant == "ros2" and (complaint := _kind_complaint(bound)):
             message, help = complaint
             yield Diagnostic(
                 "E0505", message, bound.binding.place, related=(_type(bound),), help=help
@@ -37,8 +37,8 @@ _MOST_KEPT = 1000
 """Messages of a topic, of which the latest one counts."""
 
 
-def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with the kind of a binding, and a way out; None if nothing is."""
+def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding does not suit its element, and a help text; None if it does."""
     name, binding = bound.element.name, bound.binding
     if binding.device == PLANT:
         return "nothing is known of a plant behind ROS 2 but what its devices report", "delete it"
@@ -50,7 +50,7 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
     if not binding.tf:
-        return _wrong_action(bound) if binding.action else _wrong_topic(bound)
+        return _action_complaint(bound) if binding.action else _topic_complaint(bound)
     if bound.is_commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
     others = ("topic", "action", "message", "part", "qos", "joints", "through")
@@ -59,8 +59,8 @@ def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     return None
 
 
-def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with a binding to a topic."""
+def _topic_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding to a topic is wrong, and a help text; None if it is right."""
     name, binding = bound.element.name, bound.binding
     if not binding.topic:
         return f"`{name}` has no `topic`", "add `topic:`, e.g. `topic: /joint_states`"
@@ -68,7 +68,7 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: sensor_msgs/JointState`"
     if binding.part:
         return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
-    if binding.joints and short(binding.message) != JOINT_STATE:
+    if binding.joints and short_message_type(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
     qos = dict(binding.qos)
     if (qos.get("durability"), qos.get("reliability")) == ("transient_local", "best_effort"):
@@ -80,8 +80,8 @@ def _wrong_topic(bound: BoundElement) -> tuple[str, str] | None:
     return None
 
 
-def _wrong_action(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with a binding to an action."""
+def _action_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding to an action is wrong, and a help text; None if it is right."""
     name, binding = bound.element.name, bound.binding
     if key := first_key(binding, ("topic", "qos", "joints")):
         return f"`{key}` is for topics, and `{name}` is a part of an action", f"delete `{key}`"
@@ -138,7 +138,7 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
     """E0507, of joint states: there is a name for each number of the element."""
     for bound in _topics(facts):
         binding, type_ = bound.binding, bound.element.type
-        if binding.through or short(binding.message) != JOINT_STATE:
+        if binding.through or short_message_type(binding.message) != JOINT_STATE:
             continue
         wanted, given = type_.size if isinstance(type_, Vector) else 1, len(binding.joints)
         if given != wanted:
@@ -162,7 +162,8 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
         part = part_of(bound.binding, bound.element.type, commanded=bound.is_commanded)
         if isinstance(part, MessageTypeMismatch):
             continue
-        reason = f"messages of type {short(bound.binding.message)} say which frame they are in"
+        message = short_message_type(bound.binding.message)
+        reason = f"messages of type {message} say which frame they are in"
         if bound.binding.tf:
             reason = "tf2 has its own names of frames"
         for at, frame in frames_of(part, bound.element.type):
@@ -177,7 +178,7 @@ def frames_named(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def published_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0521."""
+    """E0521, for a published value that does not exist or has no type of messages."""
     plant = facts.system.plant
     for published in plant.published if plant else ():
         found: object = MessageTypeMismatch(
@@ -193,7 +194,7 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
 
 def _topics(facts: Facts) -> Iterator[BoundElement]:
     for bound in facts.bindings:
-        if bound.plant == "ros2" and not _wrong_kind(bound):
+        if bound.plant == "ros2" and not _kind_complaint(bound):
             yield bound
 
 

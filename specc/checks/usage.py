@@ -12,7 +12,7 @@ from specc.diagnostics.phrases import join_words
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
-from specc.model.requirement import expressions
+from specc.model.requirement import expressions_in
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Enum
 from specc.model.wires import Wire
@@ -33,23 +33,23 @@ _KINDS = {
 
 
 def _named(parts: Iterable[Expr]) -> set[str]:
-    """The definitions that parts of expressions name."""
+    """The names of definitions that parts of expressions use."""
     kinds = ((_KINDS[type(part)], part) for part in parts if type(part) in _KINDS)
     return {f"{kind} {name(part)}" for (kind, name), part in kinds}
 
 
-def _unused(
-    code: str, places: Mapping[str, Place], edges: Mapping[str, Set[str]], start: Set[str]
+def _unused_findings(
+    code: str, places: Mapping[str, Place], uses: Mapping[str, Set[str]], roots: Set[str]
 ) -> Iterator[Diagnostic]:
-    """Things that nothing uses, each with the things that only it uses.
+    """Yield a finding for each definition not reachable from `roots`, with those that only it uses.
 
-    `edges` has the names that each thing uses; things in `start` are used.
+    `uses` has the names that each definition uses.
     """
-    used = reachable(start, lambda one: edges.get(one, _NONE)).keys()
+    used = reachable(roots, lambda one: uses.get(one, _NONE)).keys()
     left = {label: index for index, label in enumerate(places) if label not in used}
-    inner = {other for label in left for other in edges.get(label, _NONE) if other != label}
+    inner = {other for label in left for other in uses.get(label, _NONE) if other != label}
     for label in (label for label in left if label not in inner):
-        found = reachable(edges.get(label, _NONE), lambda one: edges.get(one, _NONE) - used)
+        found = reachable(uses.get(label, _NONE), lambda one: uses.get(one, _NONE) - used)
         behind = sorted(found.keys() & left.keys(), key=left.__getitem__)
         yield Diagnostic(
             code,
@@ -91,10 +91,12 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     start += [item for item in subsystem.memory if item.name in watched]
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
-    used = reachable(map(id, start), lambda one: map(id, _needed(parts.get(one), named)))
+    used = reachable(map(id, start), lambda one: map(id, _direct_uses(parts.get(one), named)))
     unused = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _needed(part, named))) for label, part in unused.items()}
-    yield from _unused("W0611", {label: p.place for label, p in unused.items()}, edges, _NONE)
+    edges = {label: set(map(_label, _direct_uses(part, named))) for label, part in unused.items()}
+    yield from _unused_findings(
+        "W0611", {label: p.place for label, p in unused.items()}, edges, _NONE
+    )
 
 
 def _label(part: SubsystemPart) -> str:
@@ -106,7 +108,7 @@ def _label(part: SubsystemPart) -> str:
     return f"{type(part).__name__.lower()} {part.name}"
 
 
-def _needed(part: SubsystemPart | None, named: Readable) -> list[SubsystemPart]:
+def _direct_uses(part: SubsystemPart | None, named: Readable) -> list[SubsystemPart]:
     """The parts that a part names, and the memory that it writes."""
     match part:
         case Behaviour(functions=functions):
@@ -139,7 +141,7 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
     for constant in system.constants:
         label = f"constant {constant.name}"
         edges[label] = edges.get(label, _NONE) | _named(walk(constant.value))
-    yield from _unused("W0240", places, edges, _needed_by_agents(facts))
+    yield from _unused_findings("W0240", places, edges, _needed_by_agents(facts))
 
 
 def observed_used(facts: Facts) -> Iterator[Diagnostic]:
@@ -160,7 +162,9 @@ def formula_lets_used(facts: Facts) -> Iterator[Diagnostic]:
     lets = {f"let {item.name}": item for item in facts.system.formula_lets}
     edges = {label: {f"let {name}" for name in item.names} for label, item in lets.items()}
     start = {f"let {name}" for item in facts.formulas for name in item.names}
-    yield from _unused("W0240", {label: i.place for label, i in lets.items()}, edges, start)
+    yield from _unused_findings(
+        "W0240", {label: i.place for label, i in lets.items()}, edges, start
+    )
 
 
 def _needed_by_agents(facts: Facts) -> set[str]:
@@ -173,7 +177,7 @@ def _needed_by_agents(facts: Facts) -> set[str]:
             found |= _named(walk(safe.value))
             found |= _named(walk(safe.otherwise)) if safe.otherwise else set()
     for requirement in facts.formulas:
-        for part in expressions(requirement.formula):
+        for part in expressions_in(requirement.formula):
             found |= _named(walk(part))
     task = system.task
     disturbances = task.disturbances if task else ()
@@ -282,7 +286,7 @@ def _members_sent(facts: Facts, wire: Wire, element: str) -> dict[str, Place]:
 
 
 def elements_written(facts: Facts) -> Iterator[Diagnostic]:
-    """W0413."""
+    """W0413, for an output that no behaviour writes."""
     for subsystem in facts.subsystems:
         for wire in facts.wires.wires_of(subsystem):
             port, reader = wire.port, wire.peer_subsystem

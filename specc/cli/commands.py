@@ -15,7 +15,7 @@ from specc.cli.files import rewrite_file, write_output
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, report, resolve, shown_path
 from specc.policy import allowed_paths, project_of
-from specc.read import AllowedPaths, read_file, specification
+from specc.read import AllowedPaths, read_file, refuse_other_yaml
 from specc.refusal import Refused, missing_package
 from specc.resources import LIBRARY, library_parts
 from specc.source import Place, Sources, real_path
@@ -97,7 +97,7 @@ def fmt(options: Namespace) -> int:
         if not allowed.contains(path):
             findings += resolve([allowed.link_finding(path)], Sources())
             continue
-        document = specification(read_file(path))
+        document = refuse_other_yaml(read_file(path))
         if not document.ok:
             findings += resolve(document.diagnostics, Sources([document.source]))
             continue

@@ -12,8 +12,8 @@ from specc.source import Place
 Severity = Literal["error", "warning", "open"]
 CommandName = Literal["build", "run"]
 
-_FOR_RUNS = frozenset(("O0501", "O0502"))
-_FOR_NOTHING = frozenset(("O0404", "O0503"))
+_BLOCKING_RUNS_ONLY = frozenset(("O0501", "O0502"))
+_NEVER_BLOCKING = frozenset(("O0404", "O0503"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Diagnostic:
 def without_follow_ups(
     uses: Iterable[Diagnostic], found: Iterable[Diagnostic]
 ) -> Iterator[Diagnostic]:
-    """The findings about `uses` of parts, except of parts that are `found` missing already."""
+    """Drop findings about `uses` of parts that are `found` missing already."""
     lacking = {place for finding in found for place in finding.lacks}
     for use in uses:
         if not any(
@@ -91,7 +91,7 @@ _MOST_NAMED = 3
 
 
 def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnostic]:
-    """The findings, each one about a description once, with the other agents that it is about.
+    """Merge findings that differ only in the names of agents into one that lists these agents.
 
     Findings with one code and place whose words differ only by the names of agents are one.
     """
@@ -115,7 +115,7 @@ def merge_duplicates(found: Iterable[Diagnostic], agents: Collection[str]) -> li
 
 
 def first_at_each_place(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Of the findings at one place the first."""
+    """Keep only the first finding at each place."""
     places = set[Place]()
     for finding in found:
         if finding.primary not in places:
@@ -134,10 +134,10 @@ def severity_of(code: str) -> Severity:
 
 
 def blocks(code: str, command: CommandName) -> bool:
-    """Whether a finding is about something that the command needs."""
+    """Whether a finding with this code prevents the command."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"
-    return code not in _FOR_NOTHING and (command == "run" or code not in _FOR_RUNS)
+    return code not in _NEVER_BLOCKING and (command == "run" or code not in _BLOCKING_RUNS_ONLY)
 
 
 class TooManyFaultsError(Exception):
@@ -145,13 +145,13 @@ class TooManyFaultsError(Exception):
 
 
 class Faults(list[Diagnostic]):
-    """What is wrong with a file, as far as that is worth telling."""
+    """The findings about a file, of which `add` accepts at most `MAX_FAULTS`."""
 
     def add(self, fault: Diagnostic) -> None:
         """Add a finding.
 
         Raises:
-            TooManyFaultsError: it is the last one that is told.
+            TooManyFaultsError: the file has `MAX_FAULTS` findings now.
         """
         self.append(fault)
         if len(self) == MAX_FAULTS:

@@ -30,20 +30,20 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """What may be meant by a name that is not known: the nearest ones, or all that there are."""
+    """A help text for an unknown name: the nearest known names, or all of them."""
     known = list(known)
     close = " or ".join(nearest(name, known))
     return f"did you mean {close}?" if close else f"there are {', '.join(known)}"
 
 
 def sole_correction(name: str, close: Sequence[str], long_enough: int = 4) -> str:
-    """The only one of the close names that is a slip of one letter away; else nothing.
+    """The only close name that is one letter away; empty if there are none or several.
 
     A slip adds, drops, changes or swaps letters, or is one of case, which alone counts in a name
     that is not long enough: there one letter is most of the meaning, as in q_d and q_c, S1 and S2.
     Numbers are no slips.
     """
-    slips = [other for other in close if _is_one_typo(name, other)]
+    slips = [other for other in close if _is_one_edit_apart(name, other)]
     if len(slips) != 1:
         return ""
     long = min(len(name), len(slips[0])) >= long_enough
@@ -51,7 +51,7 @@ def sole_correction(name: str, close: Sequence[str], long_enough: int = 4) -> st
 
 
 def is_typo(name: str, known: Iterable[str]) -> bool:
-    """Whether a name is one letter away from a known one, so that this was meant.
+    """Whether a name is one letter away from a known one, which was probably meant.
 
     What is farther away may be the name of something that is not there yet. So may be a name with
     another number, S1 beside S2, or with another letter in a short part, q_d beside q_c.
@@ -59,10 +59,10 @@ def is_typo(name: str, known: Iterable[str]) -> bool:
     names = list(known)
     if len(name) > _LONGEST or not spend("names compared", len(names)):
         return False
-    return any(_is_one_letter_off(name, other) for other in names)
+    return any(_is_likely_typo(name, other) for other in names)
 
 
-def _is_one_letter_off(name: str, other: str) -> bool:
+def _is_likely_typo(name: str, other: str) -> bool:
     if name.casefold() == other.casefold():
         return True
     start, one, two = difference(name, other)
@@ -76,13 +76,13 @@ def _is_one_letter_off(name: str, other: str) -> bool:
     return len(one) == len(two) == 1 and min(map(len, parts)) >= _LONG_ENOUGH
 
 
-def _part_at(name: str, place: int) -> str:
+def _part_at(name: str, offset: int) -> str:
     """The part of a name, between dots and underscores, in which a letter stands."""
     parts = re.finditer(r"[^._]+", name)
-    return next((part[0] for part in parts if part.start() <= place < part.end()), "")
+    return next((part[0] for part in parts if part.start() <= offset < part.end()), "")
 
 
-def _is_one_typo(one: str, other: str) -> bool:
+def _is_one_edit_apart(one: str, other: str) -> bool:
     _, one, other = difference(one.casefold(), other.casefold())
     if any(char.isdigit() for char in one + other):
         return False
@@ -94,13 +94,13 @@ def _is_swap(one: str, other: str) -> bool:
 
 
 def difference(one: str, other: str) -> tuple[int, str, str]:
-    """Two names without what both begin and end with, and where what is left begins."""
-    start = common_prefix(one, other)
-    end = common_prefix(one[start:][::-1], other[start:][::-1])
+    """Strip what both names begin and end with; returns the rests and where they begin."""
+    start = common_prefix_length(one, other)
+    end = common_prefix_length(one[start:][::-1], other[start:][::-1])
     return start, one[start : len(one) - end], other[start : len(other) - end]
 
 
-def common_prefix(one: Sequence[object], other: Sequence[object]) -> int:
-    """How many letters, or parts of names, both begin with."""
+def common_prefix_length(one: Sequence[object], other: Sequence[object]) -> int:
+    """The number of letters, or parts of names, with which both begin."""
     pairs = zip(one, other, strict=False)
     return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))

@@ -20,7 +20,7 @@ _LONGEST = 200
 
 
 def rename_fix(place: Place, wrong: str, right: str) -> Fix | None:
-    """The repair that writes `right` where `wrong` was read; None if there is nothing to write."""
+    """The repair that writes `right` where `wrong` was read; None without a replacement."""
     return Fix(f"write `{right}`", (Edit(place, right, wrong),)) if right else None
 
 
@@ -45,7 +45,10 @@ def as_written(fix: Fix | None, sources: Sources) -> Fix | None:
 
 
 def renamed_as_written(raw: str, old: str, new: str) -> tuple[str, str] | None:
-    """What at the beginning of `raw` became `old`, and the same with the letters of `new`."""
+    """The text at the start of `raw` that was read as `old`, and its replacement.
+
+    The replacement spells `new` and keeps the braces of indices; None if the indices differ.
+    """
     parts = _INDEX.split(new)
     found = re.match(_pattern(old), raw[:_LONGEST])
     if found is None or _INDEX.split(old)[1::2] != parts[1::2]:
@@ -68,7 +71,7 @@ _FOR_READERS = ("let", "constants", "initial", "terminal", "error", "functions",
 
 
 def offer_both_renames(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
-    """The diagnostics, with repairs as files write them.
+    """Write repairs as files spell them, and offer to rename definitions instead.
 
     A name that stands nowhere but where it is defined may be misspelt there, so the help offers to
     rename the definition. That is the repair if the other name stands at several places and no
@@ -92,7 +95,7 @@ def offer_both_renames(diagnostics: Iterable[Diagnostic], sources: Sources) -> l
 
 
 def _typo(diagnostic: Diagnostic) -> tuple[str, str] | None:
-    """The unknown part of a name and what was probably meant, as the file writes them."""
+    """The unknown part of a name and its probable correction, as the file writes them."""
     if diagnostic.fix is None or diagnostic.code in _NOT_DEFINED:
         return None
     edit = diagnostic.fix.edits[0]

@@ -93,7 +93,7 @@ class Report:
 
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
-    """Look the places of diagnostics up; equal diagnostics are kept once."""
+    """Resolve the places of diagnostics; equal ones are kept once."""
     return [
         Finding(
             diagnostic,
@@ -106,7 +106,7 @@ def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
-    """Put findings in the order of file, line and column, each once."""
+    """Sort findings by file, line and column, without duplicates."""
     ordered = sorted(dict.fromkeys(findings), key=_order)
     return Report(tuple(ordered), tuple(shown_path(path) for path in checked))
 

@@ -24,7 +24,7 @@ Paint = Callable[[str, str], str]
 
 
 def render(report: Report, colour: bool = False, columns: int = 2 * MAX_COLUMNS) -> str:
-    """What is wrong, what is not there yet, and a summary.
+    """Format the findings, open points last, and a summary.
 
     ANSI colours only if `colour`; lines of files are cut to fit a terminal of `columns`.
     """

@@ -43,7 +43,7 @@ def fill(template: str, parts: Mapping[str, Any]) -> str:
 
 @cache
 def _environment(folder: Path) -> Environment:
-    """It keeps what it has compiled of a template until the file changes."""
+    """The template environment of a folder; keeps compiled templates until their files change."""
     return Environment(
         loader=FileSystemLoader(folder),
         undefined=StrictUndefined,

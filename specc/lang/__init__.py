@@ -13,8 +13,8 @@ from specc.lang.errors import (
     ExprErrors,
     Scope,
     declarations,
+    enums_by_member,
     joined_help,
-    members_of,
 )
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
@@ -48,12 +48,12 @@ __all__ = [
     "check",
     "count_parts",
     "declarations",
+    "enums_by_member",
     "evaluate",
     "expand_groups",
     "expression",
     "is_size",
     "joined_help",
-    "members_of",
     "parse",
     "parse_interface",
     "parse_signature",

@@ -37,7 +37,7 @@ def _near_form(type: Type) -> Form | str:
 
 
 def _from_position(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`position(X)`."""
+    """Yield an argument of `position(X)` that gives this value."""
     rows = ((*row[:3], p) for row, p in zip(now[0], value, strict=False))
     yield 0, (*rows, (0.0, 0.0, 0.0, 1.0))
 
@@ -50,7 +50,7 @@ def _from_translation(types: Sequence[Type], now: Sequence[Value], value: Value)
 
 
 def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """A list made longer or shorter; vectors have the length of their type."""
+    """Yield the list cut or extended to this length; vectors have the length of their type."""
     of, items = types[0], now[0]
     if isinstance(of, ListOf) and value >= 0:
         more = (first_value(of.element),) * max(0, int(value) - len(items))
@@ -58,13 +58,13 @@ def _from_len(types: Sequence[Type], now: Sequence[Value], value: Value) -> Argu
 
 
 def _from_norm(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """All of it along one axis."""
+    """Yield vectors of this norm along one axis."""
     for index in range(len(now[0]) if value >= 0 else 0):
         yield 0, tuple(float(value) * (i == index) for i in range(len(now[0])))
 
 
 def _from_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> ArgumentChoices:
-    """`near`, of numbers, vectors and poses."""
+    """Yield arguments for which `near` gives the wanted answer."""
     a, b, tolerance, *_ = now
     for side, other in ((0, b), (1, a)):
         for value in _distant(other, types[side], tolerance, wanted):
@@ -75,7 +75,7 @@ def _from_near(types: Sequence[Type], now: Sequence[Value], wanted: Value) -> Ar
 
 
 def _distant(other: Value, side: Type, tolerance: float, wanted: bool) -> Iterator[Value]:
-    """Values that are near another one, or not."""
+    """Yield values that are near another one, or not, as wanted."""
     if wanted:
         yield other
     steps = (0.5, -0.5) if wanted else (2.0, -2.0, 1000.0)

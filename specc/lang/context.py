@@ -123,7 +123,7 @@ def mismatch_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
 
 
 def missing_unit(expr: Expr, expected: Type, text: str) -> str:
-    """What helps a bare number where a number with a unit is expected; "" for anything else."""
+    """A help text for a bare number where a unit is expected; "" for anything else."""
     wanted = scalar_unit(expected)
     is_bare = isinstance(expr, Number) and scalar_unit(expr.type) == DIMENSIONLESS
     is_missing = is_bare and wanted not in (None, DIMENSIONLESS)
@@ -145,7 +145,10 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
 
 
 def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
-    """Turn a pose round, or go on from it with a named pose."""
+    """A help text that inverts the pose or composes it with a named pose.
+
+    Empty if neither helps.
+    """
     actual = expr.type
     if not isinstance(actual, Pose) or not isinstance(expected, Pose):
         return ""
@@ -196,14 +199,14 @@ def is_none(node: ast.expr) -> bool:
 
 
 def unwrap_list(expr: Expr) -> Expr:
-    """A list where there has to be an item; anything else as it is."""
+    """Mark a possibly empty list as one that must have an item; anything else is unchanged."""
     if isinstance(expr.type, ListOf) and not expr.type.nonempty and not isinstance(expr, Items):
         return Unwrap(expr, type=ListOf(expr.type.element, nonempty=True), span=expr.span)
     return expr
 
 
 def with_item_if_needed(expr: Expr, expected: Type) -> Expr:
-    """An expression where `expected` may ask for a list with at least one item."""
+    """The expression, marked by `unwrap_list` if `expected` is a list with an item."""
     return unwrap_list(expr) if isinstance(expected, ListOf) and expected.nonempty else expr
 
 
@@ -231,14 +234,14 @@ class Context:
     """What was found wrong where the typing could go on."""
 
     def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:
-        """The typed expression; literals take the hinted type if they can.
+        """Infer the typed expression; literals take the hinted type if they can.
 
         Where nothing else is hinted, all of its value has to be there.
         """
         return self.require_complete(node, self.infer_any(node, hint), hint)
 
     def infer_any(self, node: ast.expr, hint: Type | None = None) -> Expr:
-        """The typed expression, where None and missing components will do."""
+        """Infer the typed expression, also of None or of one with missing components."""
         if isinstance(hint, OptionalOf) and not isinstance(node, ast.IfExp) and not is_none(node):
             hint = hint.value
         if isinstance(hint, PartialOf) and not isinstance(node, (ast.IfExp, ast.List)):
@@ -256,7 +259,7 @@ class Context:
         return expr
 
     def expect(self, node: ast.expr, expected: Type | None) -> Expr:
-        """The typed expression, which must be of the expected type if there is one."""
+        """Infer the typed expression and require the expected type, if there is one."""
         if expected is None:
             return self.infer_any(node)
         expr = with_item_if_needed(self.infer(node, expected), expected)
@@ -272,7 +275,7 @@ class Context:
         raise self.error(node, message, help).with_origins(self.origins(expr), expected)
 
     def truth(self, node: ast.expr) -> Expr:
-        """The typed condition; one with an error in it is an unknown truth value."""
+        """Infer the typed condition; one with an error in it becomes an unknown truth value."""
         try:
             return self.expect(node, Bool())
         except ExprErrors as failure:
@@ -284,8 +287,8 @@ class Context:
         start, end = span(node)
         return Unknown(self.text[start:end], type=type, span=(start, end))
 
-    def in_scope(self, scope: Scope) -> Context:
-        """The same expression in the scope of a quantifier."""
+    def with_scope(self, scope: Scope) -> Context:
+        """A copy of the context with another scope."""
         return replace(self, scope=scope)
 
     def quote(self, node: ast.expr) -> str:
@@ -301,7 +304,7 @@ class Context:
     def error(
         self, node: ast.expr | ast.keyword, message: str, help: str = "", code: str = "E0310"
     ) -> ExprError:
-        """An error about a node, to be raised."""
+        """Make an `ExprError` about a node, which the caller raises."""
         return ExprError(message, *span(node), help, code)
 
 
@@ -315,7 +318,7 @@ Side = tuple[ast.expr, Expr]
 def infer_same_type(
     ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None, *, optional: bool = False
 ) -> list[Expr]:
-    """The typed expressions. Those without a type of their own take that of the nearest other.
+    """Infer expressions of one type; those without a type take that of the nearest other.
 
     They have to have a value unless they may be `optional`.
     """
@@ -325,14 +328,14 @@ def infer_same_type(
         return collect(*(partial(infer, node, hint) for node in nodes))
     own = collect(*(partial(infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
-    _choose_members(ctx, nodes, found)
+    _prefer_members(ctx, nodes, found)
 
     allowed = hint.value if isinstance(hint, OptionalOf) else hint
 
-    def nearest_type(place: int) -> Type:
+    def nearest_type(index: int) -> Type:
         if isinstance(allowed, PartialOf):
             return allowed
-        return found[min(typed, key=lambda i: abs(i - place))].type
+        return found[min(typed, key=lambda i: abs(i - index))].type
 
     rest = [i for i in range(len(nodes)) if i not in found]
     jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
@@ -340,16 +343,16 @@ def infer_same_type(
     return [found[i] for i in range(len(nodes))]
 
 
-def _choose_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
-    """A name that is a value and a member too is the member beside a value of that enum."""
-    for place in found:
-        node = nodes[place]
+def _prefer_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
+    """Retype a name of both a value and a member as the member beside a value of that enum."""
+    for index in found:
+        node = nodes[index]
         if not isinstance(node, ast.Name) or node.id not in ctx.scope.enums:
             continue
-        beside = [expr.type for other, expr in found.items() if other != place]
+        beside = [expr.type for other, expr in found.items() if other != index]
         enums = [t for t in beside if isinstance(t, Enum) and node.id in t.members]
         if enums:
-            found[place] = ctx.infer(node, enums[0])
+            found[index] = ctx.infer(node, enums[0])
 
 
 def needs_context(node: ast.expr, scope: Scope) -> bool:
@@ -375,7 +378,7 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
 
 
 def mismatch(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
-    """The error of two expressions that are not of one kind."""
+    """Make the error of two expressions whose types do not match."""
     sides = [f"`{ctx.quote(node)}` is `{expr.type}`" for node, expr in (left, right)]
     a, b = left[1].type, right[1].type
     help, code = "", "E0313"
@@ -395,7 +398,7 @@ def mismatch(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
 
 
 def _point_mismatch(a: Vector, b: Vector) -> tuple[str, str]:
-    """Code and way out for two vectors, one of them at least a point."""
+    """The code and the help of a mismatch of two vectors, at least one of them a point."""
     if a.frame == b.frame:
         return "E0313", "the point between them is `p + (q - p) / 2`"
     if a.frame and b.frame:

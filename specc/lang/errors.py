@@ -119,7 +119,7 @@ class Scope:
         return [*values, *others, *self.files, *self.enums, *clock]
 
 
-def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
+def enums_by_member(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
     """Member -> the enums that have it, as `Scope.enums` wants it."""
     found: dict[str, tuple[Enum, ...]] = {}
     for enum in dict.fromkeys(enums):
@@ -197,7 +197,7 @@ _DEFAULT_HELP = {
 
 
 class ExprErrors(Exception):
-    """Everything that is wrong with one text; `errors` has at least one entry, in text order.
+    """All errors of one text; `errors` has at least one entry, in text order.
 
     `expr` is its meaning all the same, if that is clear except for unknown parts.
     """
@@ -232,13 +232,16 @@ class ExprError(ExprErrors):
         self.expected: Type | None = None
         super().__init__((self,))
 
-    def with_suggestions(self, name: str, close: Sequence[str]) -> ExprError:
-        """This finding, about a name between the offsets that is like the `close` ones."""
+    def set_repair(self, name: str, close: Sequence[str]) -> ExprError:
+        """Note the misspelt name and, if exactly one close name is a slip away, its correction.
+
+        Returns self.
+        """
         self.wrong, self.repair = name, sole_correction(name, close)
         return self
 
     def with_origins(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
-        """This finding, with the places that the types in it come from."""
+        """Note the places that the types in this error come from; returns self."""
         self.origins = tuple(dict.fromkeys(origins))
         self.expected = expected
         return self
@@ -274,25 +277,25 @@ def unknown_name(
     close = nearest(name, known)
     help = did_you_mean(close or other) or way
     error = ExprError(f"unknown {kind} `{name}`", *at, help, code)
-    return error.with_suggestions(name, close).or_open_point(
+    return error.set_repair(name, close).or_open_point(
         f"{kind} `{name}` is not there yet", way, name, close
     )
 
 
 def did_you_mean(close: Iterable[object]) -> str:
-    """A way out by names that are close to a wrong one; "" if there are none."""
+    """A help text with names that are close to a wrong one; "" if there are none."""
     names = alternatives(close)
     return f"did you mean {names}?" if names else ""
 
 
 def joined_help(way: str, suggestion: str) -> str:
-    """How a part is added, and what may be meant in its place."""
+    """A help text that joins how a part is added and which name may be meant instead."""
     joint = ", or " if suggestion.startswith("did you mean") else "; "
     return f"{way}{joint}{suggestion}" if suggestion else way
 
 
 def alternatives(names: Iterable[object]) -> str:
-    """a; a or b; a, b or c, each in backticks: alternatives for a help line."""
+    """Join names in backticks for a help text: a; a or b; a, b or c."""
     quoted = [f"`{name}`" for name in names]
     return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
@@ -303,7 +306,7 @@ def quoted(names: Iterable[object]) -> str:
 
 
 def collect(*jobs: Callable[[], T]) -> list[T]:
-    """Results of independent jobs; if some fail, the errors of all of them at once."""
+    """Run independent jobs and return their results; raises all of their errors together."""
     results: list[T] = []
     errors: list[ExprError] = []
     for job in jobs:

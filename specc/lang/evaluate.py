@@ -49,12 +49,12 @@ class Environment:
 
 
 def evaluate(expr: m.Expr, env: Environment) -> Value:
-    """The value of an expression; raises what its operators raise, and KeyError for no value."""
+    """Evaluate an expression; raises what its operators raise, and KeyError for a missing value."""
     return _EVALUATORS[type(expr)](expr, env)
 
 
 def _count_items(env: Environment, values: Iterable[Value]) -> None:
-    """Count the components and items of values before something is made of each."""
+    """Count components and items of values against the budget, before they are combined."""
     env.count(sum(len(value) for value in values if isinstance(value, tuple)))
 
 
@@ -77,7 +77,7 @@ def _binary(e: m.Binary, env: Environment) -> Value:
 
 
 def _check_finite(value: Value) -> Value:
-    """What was computed; raises OverflowError if a number, or one of its numbers, is too large."""
+    """Return a computed value; raises OverflowError if a number in it is too large."""
     if isinstance(value, tuple):
         for part in value:
             _check_finite(part)
@@ -118,7 +118,7 @@ def _quantifier(e: m.Quantifier, env: Environment) -> Value:
 
 
 def _as_floats(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
-    """What an expression chooses from: where it is a real, integers become floats."""
+    """The values that an expression chooses from, with integers converted if its type is real."""
     if isinstance(whole.type, Real):
         return [float(value) if isinstance(value, int) else value for value in values]
     return values
@@ -176,7 +176,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
 
 
 def operation_of(expr: m.Expr) -> Operation | None:
-    """How the range of an expression follows from those of its parts; None if it is not known.
+    """The operation that gives the range of an expression from those of its parts, or None.
 
     Whole numbers beside reals become floats, as in generated code.
     """
@@ -205,7 +205,10 @@ def _operation(expr: m.Expr) -> Operation | None:
 
 
 def _keeps_integers(expr: m.Expr) -> bool:
-    """Whether whole numbers are taken as they are: a quotient is rounded, and not what it is of."""
+    """Whether an operation uses whole numbers unrounded.
+
+    A quotient of two is rounded, its operands are not.
+    """
     if isinstance(expr, m.Binary) and expr.op == "/":
         return isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
     return not any(type_.units for type_ in (expr.type, *expr.type.parts))
@@ -217,12 +220,15 @@ def _on_floats(operation: Operation, is_whole: Sequence[bool], *parts: Range) ->
 
 
 def _rounded_either_way(operation: Operation, is_whole: Sequence[bool], *parts: Range) -> Range:
-    """Of a comparison: numpy rounds a whole number beside a float, and Python does not."""
+    """The range of a comparison, with whole numbers beside floats rounded or not.
+
+    Numpy rounds them, Python does not.
+    """
     return ranges.union(operation(*parts), _on_floats(operation, is_whole, *parts))
 
 
 def range_of_parts(expr: m.Expr, parts: Sequence[Range]) -> Range:
-    """The range of an expression by those of its parts."""
+    """Compute the range of an expression from those of its parts."""
     if isinstance(expr, (m.Number, m.Truth)):
         return ranges.range_of_value(expr.value)
     static, operation = _static_range(expr), operation_of(expr)
@@ -237,7 +243,7 @@ def range_of_parts(expr: m.Expr, parts: Sequence[Range]) -> Range:
 
 
 def _static_range(expr: m.Expr) -> Range:
-    """What the values lie between whatever the parts are."""
+    """The range of an expression whatever its parts are."""
     if isinstance(expr.type, Bool):
         return False, True
     if isinstance(expr, (m.Clock, m.Lag)):

@@ -21,28 +21,38 @@ from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
 
 def inverted_pose(type: Type | None) -> Type | None:
-    """`inverse(X)`."""
+    """The type of `inverse(X)`."""
     return Pose(type.child, type.parent) if isinstance(type, Pose) else None
 
 
 def real_element(type: Type) -> Real | None:
-    """`norm(v)`."""
+    """The type of `norm(v)`."""
     return type.element if isinstance(type, Vector) and isinstance(type.element, Real) else None
 
 
+def list_length(type: Type) -> Type | None:
+    """The type of `len(list)`."""
+    return Int() if isinstance(type, ListOf) else None
+
+
+def fixed_length(type: Type) -> str:
+    """A help text for the length of a vector."""
+    return f"its length is always {type.size}" if isinstance(type, Vector) else ""
+
+
 def integer_type(type: Type) -> Type | None:
-    """`floor(a)`, `round(a)`."""
+    """The type of `floor(a)` and `round(a)`."""
     return Int() if scalar_unit(type) == DIMENSIONLESS else None
 
 
 def unit_help(type: Type) -> str:
-    """A way out for a number with a unit."""
+    """A help text for a number with a unit."""
     unit = scalar_unit(type)
     return "" if unit is None else f"a whole number has no unit; divide by one: `a / 1[{unit}]`"
 
 
 def angle_help(type: Type) -> str:
-    """A way out for what is no angle."""
+    """A help text for an argument that is not an angle."""
     plain = scalar_unit(type) == DIMENSIONLESS
     return "an angle has a unit: `30[deg]`; multiply a plain number by `1[rad]`" if plain else ""
 
@@ -56,7 +66,7 @@ Rule = Callable[[Context, ast.Call, Type | None], Expr]
 def _check_arity(
     ctx: Context, node: ast.Call, usage: str, least: int, most: int | None = -1
 ) -> None:
-    """Refuse a call with another number of arguments; `most` None is any number."""
+    """Refuse a call with a wrong number of arguments; with `most` None there may be any more."""
     count = len(node.args)
     upper = least if most == -1 else most
     if count >= least and (upper is None or count <= upper):
@@ -81,7 +91,9 @@ def unary_rule(
     help: Callable[[Type], str] = lambda type: "",
     wanted: Callable[[Type | None], Type | None] = lambda hint: None,
 ) -> Rule:
-    """A function of one argument; `result` is its type by that of the argument, None if none fits.
+    """The typing rule of a function of one argument.
+
+    `result` gives its type by that of the argument, None if none fits.
 
     `wanted` is the type that a literal takes where the call is expected to be of a type.
     """
@@ -107,7 +119,9 @@ def numbers_rule(
     is_real: bool = False,
     result: Type | None = None,
 ) -> Rule:
-    """A function of numbers of one unit, which its result has; `is_real` even for integers.
+    """The typing rule of a function of numbers of one unit, which its result has.
+
+    `is_real` even for integers.
 
     With a `result` that is its type.
     """
@@ -129,7 +143,7 @@ def numbers_rule(
 
 
 def pose_rule(usage: str, *parts: Type) -> Rule:
-    """A function of arguments of these types that gives a pose in the frames of its place."""
+    """The typing rule of a function that gives a pose in the frames required at its place."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, usage, len(parts))
@@ -156,7 +170,7 @@ def _pose_type(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
 
 
 def position(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-    """A point in the frame of the pose; version 1 had vectors for points."""
+    """Type `position(X)`: a point in the frame of the pose, in version 1 a vector."""
     found = _pose_origin(ctx, node, hint)
     return found if ctx.scope.has_points else replace(found, type=point(""))
 
@@ -169,7 +183,7 @@ _pose_origin = unary_rule(
 
 
 def input_rule(usage: str, kind: type[Fresh | Present]) -> Rule:
-    """A question about an element of an input buffer."""
+    """The typing rule of a question about an element of an input buffer."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, usage, 1)
@@ -179,7 +193,7 @@ def input_rule(usage: str, kind: type[Fresh | Present]) -> Rule:
 
 
 def lag_rule(name: LagName, type: Type) -> Rule:
-    """How far an element of an input buffer is behind."""
+    """The typing rule of `age` and `late`: how far an element of an input buffer is behind."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, f"{name}(x.peer.element)", 1)
@@ -198,7 +212,7 @@ _NEAR = "near(a, b, tolerance)"
 
 
 def near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-    """Numbers and vectors with one tolerance in their unit, poses with two."""
+    """Type `near(...)`: numbers and vectors have one tolerance in their unit, poses have two."""
     _check_arity(ctx, node, _NEAR, 3, 4)
     a, b = infer_same_type(ctx, node.args[:2])
     if isinstance(a.type, Pose) or isinstance(b.type, Pose):
@@ -248,22 +262,25 @@ _USAGE = "all(v in {u, c} for v in x.c.b)"
 
 
 def quantifier_rule(kind: Literal["all", "any"]) -> Rule:
-    """A condition on every item, or on some item, of a vector or a list."""
+    """The typing rule of a condition on every item, or on some item, of a vector or a list."""
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
-        test = ctx.in_scope(ctx.scope.binding(variable, element)).truth(body)
+        test = ctx.with_scope(ctx.scope.binding(variable, element)).truth(body)
         return Quantifier(kind, variable, over, test, type=Bool(), span=span(node))
 
     return rule
 
 
 def extreme_rule(kind: Literal["argmax", "argmin"]) -> Rule:
-    """The item of a list for which a number is largest or smallest; the list must have one."""
+    """The typing rule of `argmin` and `argmax`: the item for which a number is extreme.
+
+    The list must have an item.
+    """
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         body, variable, over, element = _over_items(ctx, node)
-        number = ctx.in_scope(ctx.scope.binding(variable, element)).infer(body)
+        number = ctx.with_scope(ctx.scope.binding(variable, element)).infer(body)
         if scalar_unit(number.type) is None:
             message = f"`{ctx.quote(body)}` is `{number.type}`; items are compared by a number"
             raise ctx.error(body, message, code="E0315").with_origins(ctx.origins(number))
@@ -273,7 +290,7 @@ def extreme_rule(kind: Literal["argmax", "argmin"]) -> Rule:
 
 
 def _over_items(ctx: Context, node: ast.Call) -> tuple[ast.expr, str, Expr, Type]:
-    """What is said of each item, the variable for it, the items, and their type."""
+    """Type the parts of a quantifier: body, variable, items and the type of an item."""
     body, comprehension = _comprehension(ctx, node)
     variable = _variable(ctx, comprehension)
     over = ctx.infer(comprehension.iter)
@@ -285,13 +302,13 @@ def _over_items(ctx: Context, node: ast.Call) -> tuple[ast.expr, str, Expr, Type
 
 
 def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> NoReturn:
-    """`... for v in ...` stands in quantifiers only."""
+    """Refuse a generator outside of quantifiers."""
     message = "`for` can stand only in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)`"
     raise ctx.error(node, message, f"for example `{_USAGE}`", "E0302")
 
 
 def _comprehension(ctx: Context, node: ast.Call) -> tuple[ast.expr, ast.comprehension]:
-    """What is said of each item, and of which items."""
+    """The body of a quantifier and its `for`; raises if it is anything else."""
     match node.args:
         case [ast.GeneratorExp(elt, [ast.comprehension(ifs=[], is_async=0) as only])]:
             return elt, only
@@ -337,7 +354,7 @@ class SolverTerms(Protocol):
         """The greatest whole number that is not greater."""
 
     def representable(self, number: Any) -> Any:
-        """A number of which it is known that a float has it."""
+        """The term of a number that is known to be exactly a float."""
 
 
 ArgumentChoices = Iterator[tuple[int, Value]]

@@ -86,12 +86,15 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     help = did_you_mean(close) or f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")
-    found.wrong, found.repair = error.name, _surely_meant(error.name)
+    found.wrong, found.repair = error.name, _sole_unit_correction(error.name)
     return found
 
 
-def _surely_meant(name: str) -> str:
-    """The only unit that a name can be a slip of; another prefix, `mm` for `m`, is not a slip."""
+def _sole_unit_correction(name: str) -> str:
+    """The only unit of which a name can be a misspelling.
+
+    Empty if none, several, or if only the prefix may be wrong.
+    """
     same = [unit for unit in UNITS if unit.casefold() == name.casefold()]
     if same:
         # `MN` is a million newtons, not a thousandth of one.
@@ -104,7 +107,7 @@ def _surely_meant(name: str) -> str:
 
 
 def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
-    """`True`, `"text"` or a bare number: of the hinted unit if it is 0, else dimensionless."""
+    """Type a constant: a bare number has the hinted unit if it is 0, else it is dimensionless."""
     value, at = node.value, span(node)
     if value is None:
         return _nothing(ctx, node, hint)
@@ -119,7 +122,7 @@ def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
 
 
 def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
-    """`None`, of the optional type that is hinted or whose values are."""
+    """Type `None`, of the hinted optional type or of the optional of the hinted type."""
     if hint is None:
         help = "give it a place whose type is declared: memory, or an argument of an operator"
         raise ctx.error(node, "the type of `None` is not known here", help, "E0317")
@@ -128,7 +131,7 @@ def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
 
 
 def quantity(ctx: Context, node: ast.Subscript) -> Expr:
-    """A number with its unit, `0.02[m/s]`, in SI."""
+    """Type a number with its unit, `0.02[m/s]`, converted to SI."""
     assert isinstance(node.value, ast.Constant)  # the caller looked
     try:
         unit = unit_of(node.slice)
@@ -142,7 +145,7 @@ def quantity(ctx: Context, node: ast.Subscript) -> Expr:
 
 
 def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
-    """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
+    """Type `[a, b, c]` as a vector, spatial vector or list, whichever the hint says."""
     kind = hint if hint is None else complete_type(hint)
     match kind:
         case Vector() | Spatial():
@@ -218,7 +221,7 @@ _FOREIGN_NAMES = {"true": "True", "false": "False", "null": "", "None": "", "nan
 
 
 def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
-    """A plain name; the hint tells a member or a file from a value of the same name."""
+    """Type a plain name; the hint tells a member or a file from a value of the same name."""
     value = ctx.scope.value(node.id)
     if isinstance(hint, Enum) and node.id in hint.members:
         if value and value[1] == hint:
@@ -281,7 +284,7 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
         return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
     near = _similar_names(scope, name) if help.startswith("did you mean") else ()
-    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").with_suggestions(name, near)
+    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").set_repair(name, near)
     if help == f"write `{_FOREIGN_NAMES.get(name)}`" and name in ("true", "false"):
         error.repair = _FOREIGN_NAMES[name]
     if help and not near:
@@ -328,7 +331,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
 
 
 def output_error(ctx: Context, node: ast.expr) -> ExprError:
-    """The error of an expression that refers to an output buffer."""
+    """Make the error of an expression that refers to an output buffer."""
     help = "keep the value in memory, or name it under `let:` and use it in both places"
     return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0230")
 
@@ -337,7 +340,7 @@ def output_error(ctx: Context, node: ast.expr) -> ExprError:
 
 
 def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
-    """`x.peer.element`, `record.field` or `vector.z`."""
+    """Type `x.peer.element`, `record.field` or `vector.z`."""
     match node.value:
         case ast.Name(id="y") | ast.Attribute(value=ast.Name(id="y")):
             raise output_error(ctx, node)
@@ -355,7 +358,7 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
 
 
 def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
-    """`0.02[m/s]` or `v[2]`."""
+    """Type `0.02[m/s]` or `v[2]`."""
     if isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
         return quantity(ctx, node)
     value = ctx.infer(node.value)
@@ -379,7 +382,7 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
 
 
 def _list_part(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Expr:
-    """`v[0]`, the first item, of which there must be one; `v[2:]`, the items from the third on."""
+    """Type `v[0]`, an item that must exist, or `v[2:]`, the items from the third on."""
     match node.slice:
         case ast.Constant(value=0) if node.slice.value is not False:
             return Component(unwrap_list(value), 0, type=kind.element, span=span(node))
@@ -392,7 +395,7 @@ def _list_part(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> 
 
 
 def input_element(ctx: Context, node: ast.expr) -> Input:
-    """`x.peer.element` and nothing else."""
+    """Type `x.peer.element`; raises `ExprError` for anything else."""
     match node:
         case ast.Attribute(value=ast.Attribute(value=ast.Name(id="x"), attr=peer), attr=element):
             pass
@@ -420,7 +423,7 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
 def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
     end = span(node)[1]
     error = ExprError(f"{what}`{name}`", end - len(name), end, _suggestion(name, known), code)
-    return error.with_suggestions(name, nearest(name, known))
+    return error.set_repair(name, nearest(name, known))
 
 
 def _suggestion(name: str, known: list[str]) -> str:
@@ -467,6 +470,4 @@ def _no_part_error(
         help = "only operators look into it"
     end = span(node)[1]
     near = nearest(node.attr, known) if help.startswith("did you mean") else ()
-    return ExprError(message, end - len(node.attr), end, help, "E0234").with_suggestions(
-        node.attr, near
-    )
+    return ExprError(message, end - len(node.attr), end, help, "E0234").set_repair(node.attr, near)

@@ -51,22 +51,22 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def _diagonal(a: Range, b: Range) -> Range:
-    """`hypot(a, b)`, which libraries round to one of the two floats that are next to it."""
+    """The range of `hypot(a, b)`, which libraries round to one of the two floats next to it."""
     (low_a, high_a), (low_b, high_b) = ranges.absolute(a), ranges.absolute(b)
     least = max(low_a, low_b, math.nextafter(math.hypot(low_a, low_b), 0.0))
     return least, math.nextafter(math.hypot(high_a, high_b), math.inf)
 
 
-def _wrapped(a: Range) -> Range:
-    """`wrap_angle(a)`, which rises but where it starts again."""
+def _wrap_angle_range(a: Range) -> Range:
+    """The range of `wrap_angle(a)`, which increases except where it wraps."""
     if any(map(math.isinf, a)):
         return ranges.DIRECTIONS
     turns = [(Fraction(end) + Fraction(math.pi)) // Fraction(math.tau) for end in a]
     return (wrap_angle(a[0]), wrap_angle(a[1])) if turns[0] == turns[1] else ranges.DIRECTIONS
 
 
-def _rising(value: Callable[[float], float]) -> Operation:
-    """A function of one number that is never less for a greater one; not asked of infinity."""
+def _increasing(value: Callable[[float], float]) -> Operation:
+    """The range of an increasing function of one number, which is not asked of infinity."""
 
     def ends(a: Range) -> Range:
         low, high = (end if math.isinf(end) else value(end) for end in a)
@@ -78,8 +78,8 @@ def _rising(value: Callable[[float], float]) -> Operation:
 # What the solver has: terms, or laws of a result that is unknown.
 
 
-def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
-    """`min(a, b, ...)` and `max(a, b, ...)`."""
+def _choice_term(is_first: Callable[[Any, Any], Any]) -> Encoding:
+    """The term of `min(a, b, ...)` or `max(a, b, ...)`."""
 
     def term(of: SolverTerms, *args: Any) -> Any:
         return reduce(lambda a, b: of.choice(is_first(a, b), a, b), args)
@@ -87,18 +87,18 @@ def _chosen(is_first: Callable[[Any, Any], Any]) -> Encoding:
     return term
 
 
-_least_term, _greatest_term = _chosen(lt), _chosen(gt)
+_least_term, _greatest_term = _choice_term(lt), _choice_term(gt)
 
 
 def _round_term(of: SolverTerms, a: Any) -> Any:
-    """`round(a)`."""
+    """The term of `round(a)`."""
     above = a + of.constant(0.5)
     whole = of.floor(above)
     return of.choice(whole == above, whole - whole % 2, whole)  # a tie goes to what is even
 
 
 def _wrapped_term(of: SolverTerms, a: Any) -> Any:
-    """`wrap_angle(a)`, of which both the argument and the result are floats."""
+    """The term of `wrap_angle(a)`, of which both the argument and the result are floats."""
     turn = of.constant(math.tau)
     return of.representable(a - turn * of.floor((a + of.constant(math.pi)) / turn))
 
@@ -119,13 +119,13 @@ def _diagonal_laws(of: SolverTerms, result: Any, *args: Any) -> Iterator[Any]:
 
 
 def _from_any(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """Each argument in turn, of a function that chooses one of them."""
+    """Yield this value for each argument in turn, of a function that chooses one of them."""
     for index in range(len(now)):
         yield index, value
 
 
 def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`hypot(a, b)`, by what it lies above the other one; else all of it along the first axis."""
+    """Yield arguments of `hypot(a, b)`: one by the other, or all of it along the first axis."""
     for index, other in ((0, now[1]), (1, now[0])):
         if value >= abs(other):
             yield index, math.sqrt(value - other) * math.sqrt(value + other)
@@ -134,7 +134,7 @@ def _from_hypot(types: Sequence[Type], now: Sequence[Value], value: Value) -> Ar
 
 
 def _from_whole(types: Sequence[Type], now: Sequence[Value], value: Value) -> ArgumentChoices:
-    """`floor(a)`, `round(a)` and `float(a)`."""
+    """Yield the argument of `floor(a)`, `round(a)` or `float(a)` that has this value."""
     yield 0, _typed(types[0], value)
 
 
@@ -174,7 +174,7 @@ def _to_int(name: str, says: str, value: Callable[[float], int], term: Encoding)
         value=value,
         python=value.__module__.removeprefix("builtins"),
         is_foldable=True,
-        range=_rising(value),
+        range=_increasing(value),
         term=term,
         stays_float=True,
         inverse=_from_whole,
@@ -289,7 +289,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         is_overridable=True,
         value=wrap_angle,
         bounds=ranges.DIRECTIONS,
-        range=_wrapped,
+        range=_wrap_angle_range,
         term=_wrapped_term,
         inverse=lambda types, now, value: iter([(0, value)] if -math.pi <= value < math.pi else []),
         is_foldable=True,
@@ -333,7 +333,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         python="",
         rounds=False,
         overflows=False,
-        range=_rising(float),
+        range=_increasing(float),
         term=lambda of, a: a,
         inverse=_from_whole,
     ),

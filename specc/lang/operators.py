@@ -42,7 +42,7 @@ _SUMS = {"+": "cannot be added", "-": "cannot be subtracted"}
 
 
 def binary(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
-    """An operator between two expressions."""
+    """Type an operator between two expressions."""
     match node.op:
         case ast.Add() | ast.Sub():
             return _sum(ctx, node, "+" if isinstance(node.op, ast.Add) else "-", hint)
@@ -54,7 +54,7 @@ def binary(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
 
 
 def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
-    """`not a`, `-a`; a negative number is one literal."""
+    """Type `not a` or `-a`; a negative number becomes one literal."""
     if isinstance(node.op, ast.Not):
         return m.Unary("not", ctx.truth(node.operand), type=Bool(), span=span(node))
     operand = ctx.infer(node.operand, hint)
@@ -237,7 +237,7 @@ def _frame_help(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:
 
 
 def none_test(ctx: Context, node: ast.Compare) -> Expr:
-    """Whether an optional value is there."""
+    """Type `a is None` and `a is not None`."""
     op, right = node.ops[0], node.comparators[0]
     if len(node.ops) > 1 or not is_none(right):
         sign = "==" if isinstance(op, ast.Is) else "!="
@@ -269,14 +269,14 @@ _OPERATORS: dict[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
 
 
 def boolean(ctx: Context, node: ast.BoolOp, hint: Type | None) -> Expr:
-    """`a and b and c`, `a or b`."""
+    """Type `a and b and c` or `a or b`."""
     operands = tuple(ctx.truth(item) for item in node.values)
     op: Literal["and", "or"] = "and" if isinstance(node.op, ast.And) else "or"
     return m.Logic(op, operands, type=Bool(), span=span(node))
 
 
 def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
-    """One comparison, or a chain `a < b <= c` as its comparisons joined by and."""
+    """Type a comparison; a chain `a < b <= c` becomes comparisons joined by `and`."""
     if any(isinstance(op, (ast.In, ast.NotIn)) for op in node.ops):
         return _membership(ctx, node)
     if any(isinstance(op, (ast.Is, ast.IsNot)) for op in node.ops):
@@ -381,7 +381,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     close = nearest(name, enum.members)
     help = did_you_mean(close) or f"members are {quoted(enum.members)}"
     error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0201")
-    error.with_suggestions(name, close)
+    error.set_repair(name, close)
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"
         raise error.or_open_point(message, "add it to the type", name, close)
@@ -389,7 +389,7 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
 
 
 def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
-    """`then if test else otherwise`; the branches are of one type."""
+    """Type `then if test else otherwise`, whose branches have one type."""
     branches = [node.body, node.orelse]
     (test,), (then, otherwise) = collect(
         lambda: [ctx.truth(node.test)],
@@ -407,7 +407,7 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
 
 
 def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:
-    """A set can stand only after `in`."""
+    """Refuse a set, which can stand only after `in`."""
     raise ctx.error(
         node, "a set can stand only after `in`", "a vector has square brackets", "E0302"
     )

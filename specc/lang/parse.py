@@ -83,7 +83,7 @@ _UNENCODABLE = re.compile("[\0\ud800-\udfff]")
 
 
 def parse(text: str, *, own: bool = False) -> ast.expr:
-    """The syntax tree of an expression; raises `ExprError` with offsets into `text`.
+    """Parse an expression; raises `ExprError` with offsets into `text`.
 
     Its parts count as parts of the run. It is the caller's `own` to change, or nobody's.
     """
@@ -97,7 +97,7 @@ def parse(text: str, *, own: bool = False) -> ast.expr:
 
 
 def count_parts(parts: int, start: int, end: int) -> None:
-    """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
+    """Count parts that are about to be typed; raises `ExprError` beyond the budget."""
     if not spend("parts", parts):
         is_first = remaining("parts") + parts >= 0
         code = "E0017" if is_first else FOLLOW_UP
@@ -105,7 +105,7 @@ def count_parts(parts: int, start: int, end: int) -> None:
 
 
 def parse_syntax(text: str) -> ast.expr:
-    """The syntax tree of anything that Python takes for an expression, within bounds."""
+    """Parse any expression of Python, within bounds."""
     return _read(text)[0]
 
 
@@ -141,7 +141,7 @@ def _parse_uncached(text: str) -> tuple[ast.expr, list[ast.AST]]:
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
         _count_characters(nodes, line[lead:], lead)
-        _refuse_ligatures(nodes, text)
+        _refuse_compatibility_characters(nodes, text)
     constants = [node for node in nodes if type(node) is ast.Constant]
     for constant in constants:
         _check_constant(constant)
@@ -222,7 +222,7 @@ def _children(node: ast.AST) -> list[ast.AST]:
 
 
 def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
-    """Turn columns in bytes of `line` into offsets in characters of the text around it."""
+    """Convert offsets in bytes of `line` into offsets in characters of the text around it."""
     offsets = [lead + i for i, char in enumerate(line) for _ in char.encode()]
     offsets.append(lead + len(line))
     for node in nodes:
@@ -231,8 +231,8 @@ def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
             node.end_col_offset = offsets[node.end_col_offset or 0]
 
 
-def _refuse_ligatures(nodes: list[ast.AST], text: str) -> None:
-    """Python reads some letters as others: a name must be written as it is read."""
+def _refuse_compatibility_characters(nodes: list[ast.AST], text: str) -> None:
+    """Refuse names that Python normalises to other letters, such as ligatures."""
     for node in nodes:
         name = getattr(node, "id", None) or getattr(node, "attr", None)
         if isinstance(node, ast.expr) and name and not text[: span(node)[1]].endswith(name):
@@ -250,12 +250,12 @@ def _check_constant(node: ast.Constant) -> None:
 
 
 def _refuse_comment(constants: list[ast.Constant], line: str) -> None:
-    """Without line breaks a comment would swallow what follows it."""
+    """Refuse a comment, which would swallow what follows it once line breaks are removed."""
     texts = [span(constant) for constant in constants]
-    for place, char in enumerate(line):
-        if char == "#" and not any(start <= place < end for start, end in texts):
+    for offset, char in enumerate(line):
+        if char == "#" and not any(start <= offset < end for start, end in texts):
             help = "write it as `title:` beside the expression"
-            raise ExprError("an expression has no comments", place, len(line), help, "E0301")
+            raise ExprError("an expression has no comments", offset, len(line), help, "E0301")
 
 
 def _unsupported_error(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
@@ -267,5 +267,5 @@ def _unsupported_error(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
 
 
 def span(node: ast.expr | ast.keyword) -> tuple[int, int]:
-    """Where a node of a parsed tree stands in its text."""
+    """The offsets of a parsed node in its text."""
     return node.col_offset, node.end_col_offset or node.col_offset

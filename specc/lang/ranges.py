@@ -26,19 +26,19 @@ HALF_TURNS: Range = (-math.nextafter(math.pi, 4.0), math.nextafter(math.pi, 4.0)
 
 
 def as_floats(a: Range) -> Range:
-    """Of the real numbers that the whole ones in a range become."""
+    """The range of the floats to which whole numbers in a range are converted."""
     low, high = _within_floats(a)
     return float(low), float(high)
 
 
 def as_integers(a: Range) -> Range:
-    """The range with ends that are whole numbers, of which sums are exact."""
+    """The range with integers as its ends, whose sums are exact."""
     low, high = (end if math.isinf(end) else int(end) for end in _within_floats(a))
     return low, high
 
 
 def _within_floats(a: Range) -> Range:
-    """The range with ends that a float can have, or infinity."""
+    """Limit the ends of a range to those of floats, or infinity."""
     low, high = a
     return (
         -math.inf if low < -_LARGEST else min(low, _LARGEST),
@@ -47,12 +47,12 @@ def _within_floats(a: Range) -> Range:
 
 
 def range_of_value(value: float) -> Range:
-    """Of one known number."""
+    """The range that contains one number only."""
     return _within_floats((value, value))
 
 
 def apply(operation: Operation, parts: Iterable[Range]) -> Range:
-    """What an operation gives; anything where it fails in some cases."""
+    """Apply an operation to ranges; any number is possible where it fails."""
     try:
         low, high = operation(*parts)
         return ANY if math.isnan(low) or math.isnan(high) else _within_floats((low, high))
@@ -61,12 +61,12 @@ def apply(operation: Operation, parts: Iterable[Range]) -> Range:
 
 
 def intersection(a: Range, b: Range) -> Range:
-    """What lies in two ranges."""
+    """The intersection of two ranges."""
     return max(a[0], b[0]), min(a[1], b[1])
 
 
 def union(*of: Range) -> Range:
-    """The range that all these lie in."""
+    """The smallest range that contains all of these."""
     return least(*of)[0], greatest(*of)[1]
 
 

@@ -32,7 +32,7 @@ _TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\b(?:implies|for)\b
 
 
 def parse_formula(text: str) -> ast.expr:
-    """The syntax tree of a formula, one's own to change; raises `ExprError`."""
+    """A new syntax tree of a formula, which the caller may change; raises `ExprError`."""
     if not re.search(r"\bimplies\b", text):
         return parse(text, own=True)
     written, origins = _implies_as_calls(text)
@@ -56,7 +56,7 @@ def refuse_misspelling(node: ast.expr, operators: Iterable[str]) -> None:
         if not USAGE.keys().isdisjoint(close):
             help = did_you_mean(close)
             error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0201")
-            raise error.with_suggestions(name, close)
+            raise error.set_repair(name, close)
 
 
 def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
@@ -65,15 +65,13 @@ def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
 
 
 def _implies_as_calls(text: str) -> tuple[str, list[int]]:
-    """The text with each `p implies q` as `implies(p, q)`, and whence each character comes.
+    """Write each `p implies q` as `implies(p, q)`, and give each character's original offset.
 
     It binds weaker than anything else and to the right: `p implies (q implies r)`.
     """
     out: list[tuple[str, int]] = []
-    operand_starts, open_calls = (
-        [0],
-        [0],
-    )  # by bracket: where the last operand begins, calls to close
+    operand_starts = [0]  # by bracket: where the last operand begins
+    open_calls = [0]  # by bracket: calls to close
 
     def close(at: int) -> None:
         out.extend((")", max(at - 1, 0)) for _ in range(open_calls[-1]))
@@ -81,19 +79,19 @@ def _implies_as_calls(text: str) -> tuple[str, list[int]]:
 
     done = 0
     for token in _TOKEN.finditer(text):
-        place, word = token.start(), token[0]
-        out += [(char, done + i) for i, char in enumerate(text[done:place])]
+        offset, word = token.start(), token[0]
+        out += [(char, done + i) for i, char in enumerate(text[done:offset])]
         done = token.end()
         if word == "implies" and any(not char.isspace() for char, _ in out[operand_starts[-1] :]):
             first = out[operand_starts[-1]][1]
             out[operand_starts[-1] : operand_starts[-1]] = [(char, first) for char in "implies("]
-            out.append((",", place))
+            out.append((",", offset))
             open_calls[-1] += 1
             operand_starts[-1] = len(out)
             continue
         if word in (")", "]", "}", ",", "for"):  # of a quantifier: what it says is over
-            close(place)
-        out += [(char, place + i) for i, char in enumerate(word)]
+            close(offset)
+        out += [(char, offset + i) for i, char in enumerate(word)]
         if word in "([{":
             operand_starts.append(len(out))
             open_calls.append(0)
@@ -138,7 +136,7 @@ class _Expander(ast.NodeTransformer):
     parts: int = 0
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """`all`, `any`, `argmin` and `argmax` over a group, and its `len`."""
+        """Write out `all`, `any`, `argmin` or `argmax` over a group, or the `len` of one."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         match node.args:
             case [over] if name == LENGTH and (group := self.group(over)) is not None:
@@ -151,7 +149,7 @@ class _Expander(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        """One member of a group: `x.robots[1]`, `x.cells[1][2]`."""
+        """Replace one member of a group by its peer: `x.robots[1]`, `x.cells[1][2]`."""
         over: ast.expr = node
         numbers: list[ast.expr] = []
         while isinstance(over, ast.Subscript):
@@ -171,12 +169,12 @@ class _Expander(ast.NodeTransformer):
         return _peer(self.root, group[at], node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        """A group where a value or one peer has to stand."""
+        """Refuse a group of peers where a value or a single peer has to stand."""
         self._refuse(node, node.attr)
         return self.generic_visit(node)
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
-        """Likewise, for agents."""
+        """Refuse the name of a group of agents where a value has to stand."""
         self._refuse(node, node.id)
         return node
 
@@ -186,7 +184,7 @@ class _Expander(ast.NodeTransformer):
             raise ExprError(message, *span(node), _USES[self.root].format(name), "E0238")
 
     def group(self, node: ast.expr) -> Members | None:
-        """The group that a node names."""
+        """The group that a node names; None if it names none."""
         match node:
             case ast.Attribute(value=ast.Name(id=self.root), attr=name):
                 return self.groups.get(name)
@@ -197,7 +195,7 @@ class _Expander(ast.NodeTransformer):
     def _expand(
         self, body: ast.expr, variable: str, group: Members, whole: ast.Call
     ) -> list[ast.expr]:
-        """The body for each member."""
+        """Write the body out for each member."""
         name = whole.func.id if isinstance(whole.func, ast.Name) else ""
         is_compared = name in _COMPARED_NAMES and len(group) <= _MAX_COMPARED
         times = len(group) if is_compared else 1
@@ -205,11 +203,14 @@ class _Expander(ast.NodeTransformer):
         members = (_Substitution(variable, at, peer, self.root) for at, peer in group.items())
         return [self.visit(member.visit(deepcopy(body))) for member in members]
 
-    def _count(self, parts: int, times: int, whole: ast.expr) -> None:
-        """Count the parts of what is about to be written out, each so many times."""
+    def _count(self, parts: int, cost_factor: int, whole: ast.expr) -> None:
+        """Count parts about to be written out; raises `ExprError` beyond a bound.
+
+        Each part costs `cost_factor` of the work budget; `MAX_SPREAD_PARTS` bounds their number.
+        """
         self.parts += parts
         message = ""
-        if not spend("parts", parts * times * _PART_COST):
+        if not spend("parts", parts * cost_factor * _PART_COST):
             message = OUT_OF_PARTS
         if self.parts > MAX_SPREAD_PARTS:
             message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
@@ -224,7 +225,7 @@ _PART_COST = 4
 
 @dataclass(eq=False, slots=True)
 class _Substitution(ast.NodeTransformer):
-    """Puts one member in the place of the variable: a peer, or its number where it stands alone.
+    """Replaces a variable by one member: by its peer, or by its number where it stands alone.
 
     What is observed is a value where it stands alone.
     """
@@ -242,7 +243,7 @@ class _Substitution(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
-        """A quantifier inside, whose variable hides this one if it has the same name."""
+        """Substitute in a quantifier, unless its variable hides this one."""
         first = node.generators[0]
         if not isinstance(first.target, ast.Name) or first.target.id != self.variable:
             return self.generic_visit(node)
@@ -253,30 +254,34 @@ class _Substitution(ast.NodeTransformer):
         if node.id != self.variable:
             return node
         is_value = self.root == "plant"
-        return _peer(self.root, self.peer, node) if is_value else _number(self.at, node)
+        return _peer(self.root, self.peer, node) if is_value else _member_number(self.at, node)
 
 
-def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
+def _peer(root: Root, name: str, node: ast.expr) -> ast.expr:
     if not root:
-        return ast.copy_location(ast.Name(name, ast.Load()), at)
-    above = ast.copy_location(ast.Name(root, ast.Load()), at)
-    return ast.copy_location(ast.Attribute(above, name, ast.Load()), at)
+        return ast.copy_location(ast.Name(name, ast.Load()), node)
+    above = ast.copy_location(ast.Name(root, ast.Load()), node)
+    return ast.copy_location(ast.Attribute(above, name, ast.Load()), node)
 
 
-def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
+def _member_number(indices: tuple[int, ...], node: ast.expr) -> ast.expr:
+    """The number of a group member as a constant.
+
+    Raises `ExprError` if members have several indices.
+    """
     if len(indices) > 1:
         message = f"the members are numbered by {len(indices)} indices, and this is one number"
-        raise ExprError(message, *span(at), "say what you need of an element", "E0238")
-    return ast.copy_location(ast.Constant(indices[0]), at)
+        raise ExprError(message, *span(node), "say what you need of an element", "E0238")
+    return ast.copy_location(ast.Constant(indices[0]), node)
 
 
 def _as_logic(
     op: Callable[[], ast.boolop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
-        return members[0] if len(members) == 1 else ast.BoolOp(op(), members)
+    def build(bodies: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        return bodies[0] if len(bodies) == 1 else ast.BoolOp(op(), bodies)
 
-    return expand
+    return build
 
 
 _MAX_COMPARED = 32
@@ -285,25 +290,25 @@ _MAX_COMPARED = 32
 def _as_choice(
     op: Callable[[], ast.cmpop],
 ) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
-    def expand(members: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+    def build(bodies: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
         """The number of the first member that no later one is better than."""
-        if len(members) > _MAX_COMPARED:
-            message = f"these are {len(members)} peers, and at most {_MAX_COMPARED} are compared"
+        if len(bodies) > _MAX_COMPARED:
+            message = f"these are {len(bodies)} peers, and at most {_MAX_COMPARED} are compared"
             help = "compare them in an operator, or in groups"
             raise ExprError(message, *span(node), help, "E0017")
-        numbers = [_number(at, node) for at in group]
+        numbers = [_member_number(at, node) for at in group]
         found = numbers[-1]
-        for place in range(len(members) - 2, -1, -1):
+        for index in range(len(bodies) - 2, -1, -1):
             better: list[ast.expr] = [
-                ast.copy_location(ast.Compare(members[place], [op()], [other]), node)
-                for other in members[place + 1 :]
+                ast.copy_location(ast.Compare(bodies[index], [op()], [other]), node)
+                for other in bodies[index + 1 :]
             ]
             test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
-            found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
+            found = ast.IfExp(ast.copy_location(test, node), numbers[index], found)
             found = ast.copy_location(found, node)
         return found
 
-    return expand
+    return build
 
 
 _COMPARED_NAMES = ("argmin", "argmax")

@@ -77,7 +77,7 @@ class TypeNames:
 
 
 def parse_type(text: str, names: TypeNames) -> t.Type:
-    """The type that a text spells; raises `ExprError` with offsets into it."""
+    """Parse a type; raises `ExprError` with offsets into it."""
     try:
         tree = parse_syntax(text)
     except ExprError as error:
@@ -86,7 +86,7 @@ def parse_type(text: str, names: TypeNames) -> t.Type:
 
 
 def _as_type_error(error: ExprError) -> ExprError:
-    """What is said about an expression, said about a type."""
+    """Reword an error about an expression as one about a type."""
     if error.code == "E0303":
         message = error.message.replace("expression", "type")
         help = "name a part of it under `types:`"
@@ -212,7 +212,7 @@ class TypeReader:
                 help = did_you_mean(close) or _SIZE_PARAMETER.format(name)
                 message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
                 error = ExprError(message, *span(node), help, "E0306")
-                raise error.with_suggestions(name, close)
+                raise error.set_repair(name, close)
         message = f"a size is {A_SIZE}"
         help = f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`"
         if isinstance(node, ast.Name):
@@ -315,7 +315,7 @@ class Signature(NamedTuple):
 
 
 def parse_signature(text: str, names: TypeNames) -> Signature:
-    """The signature that a text spells; raises `ExprError` with offsets into it."""
+    """Parse a signature; raises `ExprError` with offsets into it."""
     stretches, (start, end) = signature_parts(text)
     parameters: dict[str, Type] = {}
     for first, last in stretches:
@@ -333,7 +333,7 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
 
 
 def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
-    """Where the parameters of a signature stand and where its result; raises `ExprError`."""
+    """The spans of the parameters and the result of a signature; raises `ExprError`."""
     if len(text) > LONGEST:
         message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
         raise _error(message, LONGEST, len(text))
@@ -350,17 +350,17 @@ def _error(message: str, start: int, end: int) -> ExprError:
 
 
 def _closing(text: str, opening: int) -> int:
-    """Where the bracket that opens a signature is closed."""
+    """The offset of the bracket that closes the parameters of a signature."""
     if not text.startswith("(", opening):
         raise _error("a signature starts with its parameters in brackets", opening, len(text))
-    for place, _, depth in _levels(text, opening, len(text)):
+    for offset, _, depth in _levels(text, opening, len(text)):
         if depth == 0:
-            return place
+            return offset
     raise _error("the bracket is not closed", opening, len(text))
 
 
 def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
-    """Every bracket and comma with the number of brackets that are open behind it."""
+    """Yield every bracket and comma with the number of brackets that are open after it."""
     depth = 0
     for found in _MARKS.finditer(text, start, end):
         char = found[0]
@@ -369,13 +369,13 @@ def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
 
 
 def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """The stretches between commas that stand in no bracket."""
+    """Yield the spans between commas outside of brackets."""
     if not text[start:end].strip():
         return
-    for place, char, depth in _levels(text, start, end):
+    for offset, char, depth in _levels(text, start, end):
         if char == "," and depth == 0:
-            yield start, place
-            start = place + 1
+            yield start, offset
+            start = offset + 1
     yield start, end
 
 
@@ -412,7 +412,7 @@ def parse_interface(
     names: TypeNames,
     interfaces: Mapping[str, tuple[Sequence[str], Sequence[str]]],
 ) -> InterfaceUse:
-    """The use of an interface that a text spells; raises `ExprError` with offsets into it.
+    """Parse the use of an interface; raises `ExprError` with offsets into it.
 
     `interfaces` says which frames and types each one takes.
     """

@@ -35,7 +35,7 @@ from specc.model.types import Type
 
 
 def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
-    """An operator or a function of the language, applied to arguments by position."""
+    """Type a call of an operator or a function of the language."""
     if not isinstance(node.func, ast.Name):
         message = f"`{ctx.quote(node.func)}` cannot be called"
         raise ctx.error(node.func, message, "operators have plain names", "E0302")
@@ -89,7 +89,7 @@ class _OperatorCall:
         return Call(self.operator.name, ordered, type=result, span=span(self.node))
 
     def _recover(self, found: dict[int, Expr], failure: ExprErrors) -> Expr:
-        """A call of this operator was meant if each argument is wrong in itself, if at all."""
+        """Make the call if each failed argument is wrong in itself; else raises `failure`."""
         result = substitute(self.operator.result, self.bindings)
         if self.has_mismatch or has_variables(result):
             raise failure

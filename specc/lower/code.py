@@ -37,7 +37,7 @@ def _signature_text(signature: tuple[tuple[str, Type], ...]) -> str:
 
 
 def named_code(system: System) -> frozenset[PythonObject]:
-    """All Python that a resolved system names, wherever it is in it."""
+    """All Python objects that a resolved system names."""
     return frozenset(
         named for part in _records(system) for named in _objects_named_by(part, system)
     )
@@ -72,7 +72,7 @@ _CODEC = "encode", "decode"
 
 
 def _records(whole: object) -> Iterator[object]:
-    """All records in it, each once: what a system may name some day is found as well."""
+    """Yield all dataclasses in a value, each once, so that new fields are found as well."""
     seen, waiting = set[int](), [whole]
     while waiting:
         part: Any = waiting.pop()

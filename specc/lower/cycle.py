@@ -10,9 +10,9 @@ from itertools import chain
 from specc.lang.builtins import FUNCTIONS
 from specc.lower.flow import (
     Activity,
+    BehaviourRun,
     Check,
     Computation,
-    Enter,
     Flow,
     FlowRow,
     Flows,
@@ -112,12 +112,12 @@ class Writer:
         return (*(f"{name} = self.{name}" for name in touched), *self._lines)
 
     def write(self, line: str) -> None:
-        """One more line."""
+        """Write one more line."""
         self._lines.append(INDENT * self._depth + line)
 
     @contextmanager
     def block(self, line: str) -> Iterator[None]:
-        """Lines under `line`; locals that get their value there have none behind it."""
+        """Write lines under `line`; locals that get their value there are not known after it."""
         self.write(line)
         known = self.nodes.known
         self.nodes.known = dict(known)
@@ -136,14 +136,14 @@ class Writer:
         return names[term]
 
     def emit(self, term: Term) -> str:
-        """A value in the statement that comes next; what it may need again stands before it."""
+        """Emit a term for the next statement; what may be needed again is written before it."""
         for part in by_order(unevaluated((term,), self.nodes.known)):
             if part in self.reused and part is not term:
                 self.defer(part)
         return self.nodes.emit(term).text
 
     def defer(self, term: Term) -> None:
-        """A function for a term whose value may be needed."""
+        """Write a cached function that computes a term on first use."""
         if term not in self.nodes.known:
             name = self.local(term, "get_")
             keep = self.module.imports.runtime_name("cache")
@@ -153,7 +153,7 @@ class Writer:
             self.nodes.known[term] = Emitted(f"{name}()", PRIMARY)
 
     def assign(self, terms: Iterable[Term]) -> None:
-        """Locals for terms whose evaluation is due here, with those they are made of."""
+        """Write locals for terms and the shared parts they need."""
         due = set(terms)
         wanted = due | self._shared_parts(due)
         hint = self.nodes.name_hint
@@ -169,7 +169,7 @@ class Writer:
         return {part for part in parts if part.let or part in self.reused}
 
     def constant_conditions(self, behaviour: Behaviour) -> None:
-        """Say where conditions come from that need no test."""
+        """Write comments on the conditions that need no test."""
         for cause, condition in behaviour.endings:
             test = self.nodes.table.of(condition.when).node
             if isinstance(test, e.Truth) and condition.trace:
@@ -179,7 +179,7 @@ class Writer:
                 )
 
     def initial(self, item: Memory, term: Term) -> None:
-        """The initial value of a memory element."""
+        """Write the initial value of a memory element."""
         self.nodes.name_hint = f"initial_{item.name}"
         self.assign(self._shared_parts((term,)))
         value = self.emit(term)
@@ -187,7 +187,7 @@ class Writer:
         self.write(with_trace(f"memory.{self.module.memory[item.name]} = {value}", item.trace))
 
     def monitors(self, violated: list[Term]) -> None:
-        """Report axioms that do not hold, from the first period on that evaluates conditions."""
+        """Write reports of violated axioms, from the first period on that evaluates conditions."""
         self.nodes.periods = "(self._periods + 1)"
         if not violated:
             return
@@ -197,9 +197,14 @@ class Writer:
                 with self.block(f"if {self.emit(term)}:"):
                     self.write(f"self.violated({index})")
 
-    def activity(self, activity: Activity, argument_terms: tuple[Term, ...]) -> tuple[str, ...]:
-        """Outputs, then memory: all values are computed before the first memory changes."""
-        parameters = tuple(self._parameter(term, activity) for term in argument_terms)
+    def write_activity(
+        self, activity: Activity, parameter_terms: tuple[Term, ...]
+    ) -> tuple[str, ...]:
+        """Write the assignments of a behaviour and return its parameters.
+
+        Outputs come before memory, so that no assignment reads a new value.
+        """
+        parameters = tuple(self._parameter(term, activity) for term in parameter_terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
         values = [term for term, code in self.nodes.known.items() if code.rank != PRIMARY]
         before, after = memory_order(activity.computations, values)
@@ -269,9 +274,9 @@ class CycleWriter(Writer):
     """States whose behaviour or conditions ask for the time since their start."""
 
     def flow(self, flow: Flow) -> None:
-        """Conditions, rows and behaviour from here to the end of the period."""
+        """Write conditions, rows and behaviour from here to the end of the period."""
         match flow:
-            case Enter():
+            case BehaviourRun():
                 self.enter(flow)
             case Check():
                 self._check(flow)
@@ -281,7 +286,7 @@ class CycleWriter(Writer):
                 self._tested_rows(flow)
 
     def _test(self, test: Term, due: TermSet) -> str:
-        """A test, after locals for those of the terms `due` that it needs."""
+        """Write a test, after locals for those of the terms `due` that it needs."""
         needed = test.maybe_evaluated & self.reused | {
             t for t in test.maybe_evaluated - {test} if t.let
         }
@@ -317,7 +322,7 @@ class CycleWriter(Writer):
             self.enter(row.enter)
 
     def _tested_rows(self, flow: Rows) -> None:
-        """All rows are tested; the first whose test holds is taken once it is the only one."""
+        """Write tests of all rows; the first whose test holds is taken once it is the only one."""
         cause = literal(flow.cause)
         if not flow.rows:
             self.write(f"raise self.undecided({cause}, [])")
@@ -345,48 +350,48 @@ class CycleWriter(Writer):
                 self.enter(row.enter)
         self.enter(last.enter)
 
-    def first_period(self, items: list[tuple[Memory, Term]], enter: Enter) -> None:
-        """The first period: initial memory, what depends on nothing else, the first behaviour."""
+    def first_period(self, items: list[tuple[Memory, Term]], run: BehaviourRun) -> None:
+        """Write the first period: initial memory, hoisted values and the first behaviour."""
         self.nodes.may_hoist = False
         for item, term in items:
             self.initial(item, term)
         self.nodes.may_hoist = True
         place = len(self._lines)
-        self.enter(enter)
+        self.enter(run)
         if self.module.hoisted:
             self._lines.insert(place, f"self.{FINALISE}()")
 
     def write_hoisted(self) -> None:
-        """The attributes that depend on nothing but the initial memory."""
+        """Write the attributes that depend on nothing but the initial memory."""
         self._lines += self.nodes.hoisted_assignments()
 
-    def enter(self, enter: Enter) -> None:
-        """One run of a behaviour, at the end of a period."""
-        self.run(enter)
-        self.write(f"return {enter.row}")
+    def enter(self, run: BehaviourRun) -> None:
+        """Write one run of a behaviour, at the end of a period."""
+        self.write_entry(run)
+        self.write(f"return {run.row}")
 
-    def run(self, enter: Enter) -> None:
-        """The state is entered, if it is not the present one, and its behaviour called."""
-        if enter.is_entry:
+    def write_entry(self, run: BehaviourRun) -> None:
+        """Write the entry into a state, if it changes, and the call of its behaviour."""
+        if run.is_entry:
             known = self.nodes.known.items()
             self.nodes.known = {t: code for t, code in known if not t.reads_clock}
-            if not enter.is_same_state:
-                method = self.module.state_methods[enter.target]
-                state = literal(enter.target)
+            if not run.is_same_state:
+                method = self.module.state_methods[run.target]
+                state = literal(run.target)
                 self.write(f"self.state, self._work = {state}, self.{method}")
-            if enter.target in self.clocked:
+            if run.target in self.clocked:
                 self.write("self._periods = 0")
-        if enter.activity.computations:
-            self.assign(enter.needed)
+        if run.activity.computations:
+            self.assign(run.always_needed)
             arguments = []
-            for term in enter.arguments:
-                if term not in enter.needed:
+            for term in run.arguments:
+                if term not in run.always_needed:
                     self.defer(term)
                 text = self.nodes.known[term].text
-                if term not in enter.needed:
+                if term not in run.always_needed:
                     text = text.removesuffix("()") if text.endswith("()") else f"lambda: {text}"
                 arguments.append(text)
-            method = self.module.behaviour_methods[enter.activity.behaviour.name]
+            method = self.module.behaviour_methods[run.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
 
 
@@ -419,18 +424,21 @@ class Methods:
             fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
             offered[enter.activity.behaviour.name] |= frozenset(fixed)
         self._arguments = {
-            name: parameters(activity, offered[name]) for name, activity in self._activities.items()
+            name: behaviour_parameters(activity, offered[name])
+            for name, activity in self._activities.items()
         }
         for enter, _ in entries:
             enter.arguments = self._arguments[enter.activity.behaviour.name]
 
     def plans(self) -> tuple[MethodPlan, ...]:
         """The methods in the order in which a reader needs them."""
-        states = [self._state(state.name) for state in self._subsystem.states]
-        behaviours = [self._behaviour(a) for a in self._activities.values() if a.computations]
+        states = [self._state_method(state.name) for state in self._subsystem.states]
+        behaviours = [
+            self._behaviour_method(a) for a in self._activities.values() if a.computations
+        ]
         # What the others ask for is known last.
-        start = self._start()
-        return (self._step(), start, *self._finalise(), *states, *behaviours)
+        start = self._start_method()
+        return (self._step_method(), start, *self._finalise_methods(), *states, *behaviours)
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
@@ -444,7 +452,7 @@ class Methods:
     def _writer(self, *terms: Term) -> CycleWriter:
         return CycleWriter(self._module, self._table, terms)
 
-    def _state(self, state: str) -> MethodPlan:
+    def _state_method(self, state: str) -> MethodPlan:
         flow, declared = self._flows[state], self._subsystem.state(state)
         writer = self._writer(*flow.evaluated_terms)
         writer.clocked = self.clocked
@@ -455,16 +463,16 @@ class Methods:
         doc = docstring(declared.title or f"State {state}", str(declared.trace))
         return MethodPlan(self._module.state_methods[state], (), "int", doc, writer.body())
 
-    def _behaviour(self, activity: Activity) -> MethodPlan:
+    def _behaviour_method(self, activity: Activity) -> MethodPlan:
         behaviour = activity.behaviour
         writer = self._writer(*(work.value for work in activity.computations))
-        parameters = writer.activity(activity, self._arguments[behaviour.name])
+        parameters = writer.write_activity(activity, self._arguments[behaviour.name])
         title = behaviour.title or behaviour.name.replace("_", " ").capitalize()
         name = self._module.behaviour_methods[behaviour.name]
         doc = docstring(title, str(behaviour.trace))
         return MethodPlan(name, parameters, "None", doc, writer.body())
 
-    def _start(self) -> MethodPlan:
+    def _start_method(self) -> MethodPlan:
         items = [(item, self._table.of(item.init, item.type)) for item in self._subsystem.memory]
         writer = self._writer(*(term for _, term in items), *self._first.arguments)
         writer.clocked = self.clocked
@@ -472,14 +480,14 @@ class Methods:
         doc = "First period: initial memory and the behaviour of the initial state."
         return MethodPlan("_start", (), "int", doc, writer.body())
 
-    def _finalise(self) -> Iterator[MethodPlan]:
+    def _finalise_methods(self) -> Iterator[MethodPlan]:
         if self._module.hoisted:
             writer = self._writer()
             writer.write_hoisted()
             doc = "Put together once what no behaviour changes any more."
             yield MethodPlan(FINALISE, (), "None", doc, writer.body())
 
-    def _step(self) -> MethodPlan:
+    def _step_method(self) -> MethodPlan:
         writer = self._writer()
         tests = [self._table.negation(self._table.of(a.that)) for a in self._subsystem.axioms]
         writer.monitors(tests)
@@ -488,8 +496,8 @@ class Methods:
         return MethodPlan("step", (), "int", doc, writer.body())
 
 
-def parameters(activity: Activity, offered: TermSet) -> tuple[Term, ...]:
-    """The terms that a behaviour takes from its callers: the largest of those they offer."""
+def behaviour_parameters(activity: Activity, offered: TermSet) -> tuple[Term, ...]:
+    """The outermost costly terms that callers offer: a behaviour takes them as parameters."""
 
     def is_passed(term: Term) -> bool:
         return term in offered and term.is_costly

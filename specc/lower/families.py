@@ -58,7 +58,7 @@ class Family:
 def families(
     system: System, parts: Iterable[Subsystem | Device], proofs: Proofs, types: PythonTypes
 ) -> Iterator[Family]:
-    """The parts by the module that they share, in the order of the first ones."""
+    """Group parts by the module that they share, in the order of the first ones."""
     for members in grouped((_family_key(part, proofs), part) for part in parts).values():
         family = _family(system, members, types) if len(members) > 1 else None
         yield from (family,) if family else (Family((part,)) for part in members)
@@ -68,7 +68,7 @@ _NOWHERE = Place("")
 
 
 def _family_key(part: Subsystem | Device, proofs: Proofs) -> object:
-    """What parts of one family have in common."""
+    """A key that parts of one family share."""
     constants = tuple((c.name, c.title, c.value.type) for c in part.constants)
     if isinstance(part, Device):
         return constants, replace(part, agent="", name="", place=_NOWHERE, constants=())
@@ -86,7 +86,7 @@ def _family_key(part: Subsystem | Device, proofs: Proofs) -> object:
 def _family(
     system: System, instances: list[Subsystem | Device], types: PythonTypes
 ) -> Family | None:
-    """The family of parts that are alike; none if Python cannot write their values down."""
+    """The family of parts that are alike; None if Python cannot write their values down."""
     first = {c.name: c.value for c in instances[0].constants}
     differ = {c.name for part in instances for c in part.constants if c.value != first[c.name]}
     parameters = tuple(name for name in first if name in differ & _constants_used(instances[0]))

@@ -87,7 +87,7 @@ class Activity:
 
 
 @dataclass(eq=False, slots=True)
-class Enter:
+class BehaviourRun:
     """The behaviour of `target` runs once. `row` is the transition taken, -1 if the state stays."""
 
     activity: Activity
@@ -101,7 +101,7 @@ class Enter:
     """Terms that the behaviour takes as arguments."""
 
     @property
-    def needed(self) -> tuple[Term, ...]:
+    def always_needed(self) -> tuple[Term, ...]:
         """Arguments that the behaviour needs in any case."""
         return tuple(term for term in self.arguments if term in self.activity.must_evaluate)
 
@@ -109,7 +109,7 @@ class Enter:
         """No terms: nothing is evaluated before the state is entered."""
         return NONE
 
-    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[BehaviourRun, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         yield self, before
 
@@ -125,7 +125,7 @@ class FlowRow:
 
     test: Term
     transition: Transition
-    enter: Enter
+    enter: BehaviourRun
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,7 +152,7 @@ class Rows:
         tested = self.tested[:1] if self.is_proved else self.rows
         return must_evaluate((row.test for row in tested), known)
 
-    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[BehaviourRun, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         tests = [row.test.maybe_evaluated for row in self.tested]
         for index, row in enumerate(self.rows):
@@ -180,7 +180,7 @@ class Check:
         both = self.rows.must_evaluate(known) & self.otherwise.must_evaluate(known)
         return must_evaluate((self.test,), known) | both
 
-    def entries(self, before: TermSet = NONE) -> Iterator[tuple[Enter, TermSet]]:
+    def entries(self, before: TermSet = NONE) -> Iterator[tuple[BehaviourRun, TermSet]]:
         """All ways in which the period can end, and what may be evaluated on them."""
         before |= self.test.maybe_evaluated
         yield from self.rows.entries(before)
@@ -192,7 +192,7 @@ class Check:
         return (self.test, *self.rows.evaluated_terms, *self.otherwise.evaluated_terms)
 
 
-Flow = Check | Rows | Enter
+Flow = Check | Rows | BehaviourRun
 
 
 class Flows:
@@ -206,12 +206,12 @@ class Flows:
         types |= {key: element.type for key, element in subsystem.outputs.items()}
         self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
 
-    def first_period(self) -> Enter:
-        """The first period: the behaviour of the initial state, no conditions."""
+    def first_period(self) -> BehaviourRun:
+        """Build the first period: the behaviour of the initial state, no conditions."""
         return self._enter(self._subsystem.initial_state, is_entry=True)
 
     def state_flow(self, state: str) -> Flow:
-        """The work cycle of a state: error has priority over the terminal condition (2.4)."""
+        """Build the work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
         return self._check(state, behaviour.endings)
 
@@ -242,9 +242,9 @@ class Flows:
 
     def _enter(
         self, state: str, row: int = -1, *, is_entry: bool = False, is_same_state: bool = False
-    ) -> Enter:
+    ) -> BehaviourRun:
         behaviour = self._subsystem.state(state).behaviour
-        return Enter(self.activities[behaviour.name], state, row, is_entry, is_same_state)
+        return BehaviourRun(self.activities[behaviour.name], state, row, is_entry, is_same_state)
 
 
 def _is_complement(table: TermTable, rows: list[FlowRow]) -> bool:

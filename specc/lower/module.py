@@ -351,7 +351,10 @@ class _Layout:
 
 
 def layouts_plan(system: System, types: PythonTypes) -> FilePlan:
-    """The module of layouts; subsystems of one kind share theirs."""
+    """The plan of `layouts.py`: the forms that values of each subsystem have in recordings.
+
+    These are values of inputs, outputs and memory; equal layouts are shared.
+    """
     names = Namespace((*OWN_NAMES, *types.names.values()))
     forms = _Forms(types, names)
     known: dict[_Layout, str] = {}

@@ -26,7 +26,7 @@ def in_docstring(text: str) -> str:
 
 
 def docstring(*parts: str) -> str:
-    """The parts that are not empty as one sentence, for the inside of a docstring."""
+    """Join the parts that are not empty to a sentence for the inside of a docstring."""
     sentence = ", ".join(part for part in map(in_docstring, parts) if part)
     if not sentence:
         return ""
@@ -34,12 +34,12 @@ def docstring(*parts: str) -> str:
 
 
 def comment(*parts: str) -> str:
-    """The parts that are not empty for a comment; instructions to linters lose their sign."""
+    """Join the parts that are not empty to a comment; instructions to linters lose their sign."""
     return ", ".join(part for part in (one_line(p).replace("#", "") for p in parts) if part)
 
 
 def with_trace(line: str, trace: Trace, *before: str) -> str:
-    """`line` with a comment of what stands `before` and where it comes from."""
+    """Append a comment to `line`: its trace, after what stands `before`."""
     text = comment(*before, str(trace))
     return f"{line}  # {text}" if text else line
 
@@ -200,7 +200,7 @@ class Imports:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Import statements."""
+        """The import statements."""
         return tuple(self._lines)
 
 

@@ -50,7 +50,7 @@ class Emitted:
 
 
 def number(value: float, type_: Type) -> Emitted:
-    """A literal; reals get a point. Infinity has no literal in Python."""
+    """Emit a literal; reals get a point. Infinity has no literal in Python."""
     if not math.isfinite(value):
         return Emitted(f'float("{float(value)}")', PRIMARY)
     text = str(int(value)) if isinstance(type_, Int) else repr(float(value))
@@ -58,23 +58,23 @@ def number(value: float, type_: Type) -> Emitted:
 
 
 def call(function: str, *args: Emitted) -> Emitted:
-    """A call with its arguments."""
+    """Emit a call with its arguments."""
     return Emitted(f"{function}({', '.join(arg.text for arg in args)})", PRIMARY)
 
 
 def sign(operand: Emitted) -> Emitted:
-    """The negative; two signs never stand side by side."""
+    """Emit a negative; two signs never stand side by side."""
     rank = SIGN if operand.rank != SIGN else ATOM
     return Emitted(f"-{operand.bracketed(rank)}", SIGN)
 
 
 def negation(operand: Emitted) -> Emitted:
-    """`not`."""
+    """Emit `not`."""
     return Emitted(f"not {operand.bracketed(NOT)}", NOT)
 
 
 def binary(op: str, left: Emitted, right: Emitted) -> Emitted:
-    """Arithmetic between two operands."""
+    """Emit arithmetic between two operands."""
     if op == "**":
         return Emitted(f"{left.bracketed(PRIMARY)} ** {right.bracketed(SIGN)}", POWER)
     rank = _RANKS[SIGNS[op].binds]
@@ -82,24 +82,24 @@ def binary(op: str, left: Emitted, right: Emitted) -> Emitted:
 
 
 def compare(op: str, left: Emitted, right: Emitted) -> Emitted:
-    """One comparison, never a chain."""
+    """Emit one comparison, never a chain."""
     return Emitted(f"{left.bracketed(SUM)} {op} {right.bracketed(SUM)}", COMPARE)
 
 
 def logic(op: str, operands: list[Emitted]) -> Emitted:
-    """`and`/`or`; an `and` inside an `or` keeps its brackets, for the reader."""
+    """Emit `and` or `or`; an `and` inside an `or` keeps its brackets, for the reader."""
     return Emitted(f" {op} ".join(o.bracketed(NOT) for o in operands), AND if op == "and" else OR)
 
 
 def choice(test: Emitted, then: Emitted, otherwise: Emitted) -> Emitted:
-    """`then if test else otherwise`."""
+    """Emit `then if test else otherwise`."""
     return Emitted(
         f"{then.bracketed(OR)} if {test.bracketed(OR)} else {otherwise.bracketed(CHOICE)}", CHOICE
     )
 
 
 def member_test(item: Emitted, members: frozenset[str], type_: Type, *, negated: bool) -> Emitted:
-    """Whether an item is one of some members, which come in the order of their declaration."""
+    """Emit a test for membership; members come in the order of their declaration."""
     order = type_.members if isinstance(type_, Enum) else ()
     names = [literal(member) for member in order if member in members]
     if not names:
@@ -111,7 +111,7 @@ def member_test(item: Emitted, members: frozenset[str], type_: Type, *, negated:
 
 
 def component(value: Emitted, index: int, of: Type) -> Emitted:
-    """One component: a number of Python's, not one of numpy's."""
+    """Emit one component: a number of Python's, not one of numpy's."""
     end = f"[{index}]" if is_tuple(of) else f".item({index})"
     return Emitted(value.bracketed(PRIMARY) + end, PRIMARY)
 
@@ -122,7 +122,7 @@ def is_tuple(type_: Type) -> bool:
 
 
 def items(operands: list[Emitted]) -> Emitted:
-    """A tuple."""
+    """Emit a tuple."""
     inside = ", ".join(o.text for o in operands)
     return Emitted(f"({inside},)" if len(operands) == 1 else f"({inside})")
 
@@ -154,7 +154,7 @@ class Emitter:
         """Variables of quantifiers and what they are called in Python."""
 
     def emit(self, term: Term) -> Emitted:
-        """Python for a term."""
+        """Emit Python for a term."""
         self._visits += 1
         if self._visits > MAX_TERMS:
             raise TooLarge

@@ -172,7 +172,7 @@ class _FormulaWriter:
         return f"{name}({', '.join(operands)})"
 
     def _atom(self, that: e.Expr) -> str:
-        """A method that judges a condition; returns the attribute with its atom."""
+        """Write a method that judges a condition; returns the attribute with its atom."""
         number = len(self.methods) + 1
         judge = self.module.imports.runtime_name("judged")
         self.module.imports.runtime_name("Judgement")
@@ -231,7 +231,7 @@ def _compares(that: e.Expr) -> bool:
 
 
 def ages_plan(system: System, ages: Ages, imports: Imports) -> dict[str, tuple[str, ...]]:
-    """Calls of `Behind`, `MaxAge` and `MaxCommandAge`; nothing for a system that asks for none."""
+    """The calls of `Behind`, `MaxAge` and `MaxCommandAge`; empty if no age is limited."""
     limits = list(_limits(system, ages, imports))
     commands = list(_commands(system, ages, imports))
     inputs = {

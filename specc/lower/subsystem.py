@@ -146,7 +146,7 @@ def _family_parts(part: Subsystem | Device, family: Family, module: Module) -> d
     types = {constant.name: constant.value.type for constant in part.constants}
     trace = f" ({part.trace})" if part.trace else ""
     return {
-        "about": in_docstring(_about(part, family) + trace),
+        "about": in_docstring(_part_phrase(part, family) + trace),
         "name": "" if family.is_shared else literal(part.qualified_name),
         "arguments": tuple(
             f"{argument}: {module.annotations.of(types[name])}"
@@ -199,7 +199,7 @@ def _parts(
 _MOST_NAMED = 3
 
 
-def _about(part: Subsystem | Device, family: Family) -> str:
+def _part_phrase(part: Subsystem | Device, family: Family) -> str:
     kind = "control subsystem" if part.kind == "control" else part.kind.replace("_", " ")
     if not family.is_shared:
         return f"{kind} {part.name} of agent {part.agent}"

@@ -15,7 +15,7 @@ from specc.analysis.ros2 import (
     frames_of,
     part_of,
     published_value,
-    short,
+    short_message_type,
 )
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
@@ -110,7 +110,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     first = (
         f"{binding.device}.{binding.element}",
         where,
-        short(binding.message) or _TF,
+        short_message_type(binding.message) or _TF,
         part.shape,
     )
     return call(
@@ -126,7 +126,7 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
     parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
     if system.task:
         imports.runtime_name("Task")
-        parts["task"] = tuple(_arguments(system, system.task, imports))
+        parts["task"] = tuple(_task_arguments(system, system.task, imports))
     if stand_ins:
         return parts
     if system.task:
@@ -140,7 +140,7 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
     return parts
 
 
-def _arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
+def _task_arguments(system: System, task: Task, imports: Imports) -> Iterator[str]:
     """Arguments of `Task`, but for the disturbances."""
     names = ("subsystem", "source", "target", "scene", "judge")
     subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
@@ -161,17 +161,17 @@ def _disturbances(task: Task, imports: Imports) -> Iterator[str]:
             arguments.append(f"when={triggers}")
             triggers += 1
         for verb in sorted(VERBS.values(), key=lambda verb: verb.numbers == "none"):
-            actions = (deed for deed in each.actions if deed.verb == verb.name)
-            items = " ".join(_action(verb, deed, imports) for deed in actions)
+            actions = (action for action in each.actions if action.verb == verb.name)
+            items = " ".join(_action(verb, action, imports) for action in actions)
             arguments += [f"{verb.name}=({items})"] if items else []
         yield call(imports.runtime_name("Disturbance"), arguments)
 
 
-def _action(verb: Verb, deed: DisturbanceAction, imports: Imports) -> str:
+def _action(verb: Verb, action: DisturbanceAction, imports: Imports) -> str:
     """An item of a tuple: a name, a number, which has one, or a name with its numbers."""
     if verb.numbers in ("none", "one"):
-        return _draws(deed.numbers, imports) or f"{literal(deed.name)},"
-    return f"({literal(deed.name)}, ({_draws(deed.numbers, imports)})),"
+        return _draws(action.numbers, imports) or f"{literal(action.name)},"
+    return f"({literal(action.name)}, ({_draws(action.numbers, imports)})),"
 
 
 def _draws(draws: Iterable[Draw], imports: Imports) -> str:
@@ -257,14 +257,17 @@ def _bindings_by_kind(
     found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
     for binding in _all_bindings(system):
         if type_ := types.get((binding.device, binding.element)):
-            arguments = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
+            arguments = (
+                *_sensor(binding, functions),
+                *_contract_arguments(binding, type_, contracts),
+            )
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
             arguments = (
                 literal(f"{binding.device}.{binding.element}"),
                 *keyword_arguments({"actuators": binding.actuators, "joints": binding.joints}),
-                *_through(binding, functions),
+                *_through_argument(binding, functions),
             )
             found["actuators"].append(call(imports.runtime_name("ActuatorBinding"), arguments))
     return found
@@ -280,7 +283,7 @@ def _all_bindings(system: System) -> Iterator[Binding]:
             yield Binding(device, element.name, element.place)
 
 
-def _through(binding: Binding, functions: Functions) -> Iterator[str]:
+def _through_argument(binding: Binding, functions: Functions) -> Iterator[str]:
     if binding.through:
         yield f"through={functions.use(binding.through)}"
 
@@ -289,7 +292,7 @@ def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(f"{binding.device}.{binding.element}")
     parts = ("joints", "sensors", "actuators", "camera", "image")
     yield from keyword_arguments({part: getattr(binding, part) for part in parts})
-    yield from _through(binding, functions)
+    yield from _through_argument(binding, functions)
     yield from keyword_arguments(
         {
             "noise": binding.noise,
@@ -301,7 +304,7 @@ def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     )
 
 
-def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
+def _contract_arguments(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
     yield f"contract={contracts.of(type_)}"
     yield f"declared={literal(str(type_))}"
     if isinstance(type_, Vector) and type_.size == 1:

@@ -125,7 +125,7 @@ def unevaluated(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, No
 
 
 def by_order(terms: Iterable[Term]) -> list[Term]:
-    """Terms after those that they are made of; lets in the order of the file."""
+    """Sort terms after those that they are made of; lets keep the order of the file."""
     return sorted(terms, key=lambda term: term.order)
 
 
@@ -264,7 +264,7 @@ class TermTable:
                 term.mark_worth_local()
 
     def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
-        """The term of an expression that is compared, written or handed on: a number is finite.
+        """Intern an expression that is compared, written or passed on: its number is finite.
 
         `as_type` is the type of the place; an integer becomes a real there.
         """
@@ -278,7 +278,7 @@ class TermTable:
         return term
 
     def _unchecked(self, node: e.Expr) -> Term:
-        """The term of an expression whose last result is not checked to be finite.
+        """Intern an expression whose last result is not checked to be finite.
 
         Infinity and NaN show in all arithmetic that they enter, so one check at the end is enough.
         """
@@ -295,12 +295,12 @@ class TermTable:
         )
         return self.fold(node, tuple(args))
 
-    def _operand_type(self, node: e.Expr, place: int) -> Type | None:
+    def _operand_type(self, node: e.Expr, index: int) -> Type | None:
         """The type that an operand has to have; None where any number will do."""
         match node:
             case e.Call(operator=name) if name in self._parameters:
-                return self._parameters[name][place]
-            case e.Choice() if place:
+                return self._parameters[name][index]
+            case e.Choice() if index:
                 return node.type
             case e.Builtin(name=name) if FUNCTIONS[name].chooses:
                 return node.type
@@ -309,7 +309,7 @@ class TermTable:
         return None
 
     def fold(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
-        """The term of a node over given operands, after folding what is known."""
+        """Intern a node over given operands, after folding what is known."""
         match node:
             case e.Unary(op="not"):
                 return self._fold_not(node, args[0])
@@ -393,7 +393,7 @@ class TermTable:
 
 
 def term_table(system: System, part: Subsystem | Device, computed: Collection[str]) -> TermTable:
-    """The terms of one part of a system; operators and files give the constants `computed`."""
+    """Make the terms of one part; operators and files give the constants `computed`."""
     declared = (*system.constants, *part.constants)
     constants = {c.name: c.value for c in declared if c.name not in computed}
     parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
@@ -406,7 +406,7 @@ def term_table(system: System, part: Subsystem | Device, computed: Collection[st
 
 
 def _payload(node: e.Expr) -> object:
-    """What tells two nodes of one kind apart besides their type and operands."""
+    """A key that distinguishes nodes of one kind, besides type and operands."""
     if isinstance(node, e.Number):
         return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
     if isinstance(node, (e.Fresh, e.Present)):

@@ -51,36 +51,40 @@ class ModelFiles:
     texts: tuple[str, ...] = ()
     """MJCF: the model itself, and what it includes and attaches."""
     assets: tuple[tuple[str, ...], ...] = ()
-    """Meshes and the like; of each one the places that may be meant and have a file."""
+    """Meshes and the like; of each one the possible paths that exist."""
     unused: tuple[str, ...] = ()
     """Files that are there and named in the texts, but that MuJoCo does not open."""
 
     @property
     def possible(self) -> tuple[str, ...]:
         """All places where a file may be."""
-        return (*self.texts, *(place for places in self.assets for place in places))
+        return (*self.texts, *(path for paths in self.assets for path in paths))
 
-    def used(self, found: Collection[str]) -> tuple[str, ...]:
-        """Those that are used, of which MuJoCo has `found` some.
+    def used(self, opened: Collection[str]) -> tuple[str, ...]:
+        """The files that the model uses.
+
+        The files that MuJoCo `opened` decide between several possible paths.
 
         Raises:
             ModelError: a file is at several places, and it is not known which one is meant.
         """
-        real = set(map(os.path.realpath, found)) - set(map(os.path.realpath, self.unused))
+        real = set(map(os.path.realpath, opened)) - set(map(os.path.realpath, self.unused))
         chosen: list[str] = []
-        for places in self.assets:
-            if len(places) > 1:
-                matching = [place for place in places if os.path.realpath(place) in real]
+        for paths in self.assets:
+            if len(paths) > 1:
+                matching = [path for path in paths if os.path.realpath(path) in real]
                 if not matching:
-                    raise ModelError(f"{places[0]} may be {places[1]} as well: name one folder")
-                places = (matching[0],)
-            chosen += places
+                    raise ModelError(f"{paths[0]} may be {paths[1]} as well: name one folder")
+                paths = (matching[0],)
+            chosen += paths
         return (*self.texts, *dict.fromkeys(chosen))
 
 
 @dataclass(slots=True)
 class Model:
-    """Name -> size, in numbers; None where the file does not say.
+    """What an MJCF model declares.
+
+    Joints, sensors and actuators map a name to its count of numbers, None if the file does not say.
 
     Of a model that is attached, all names count, whichever of its bodies the model takes.
     """

@@ -94,7 +94,7 @@ class ActuatorNames:
         """The number of the last one that acts on a part."""
 
     def of(self, attributes: Mapping[str, str]) -> str:
-        """The name of the next one; empty if the file does not say what it acts on."""
+        """A new name for an unnamed actuator, by the part it acts on; empty if none is given."""
         part = next((attributes[key] for key in _ACTED_ON if attributes.get(key)), "")
         if not part:
             return ""
@@ -145,7 +145,7 @@ class Defaults:
         return name
 
     def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
-        """Elements of a class have attributes."""
+        """Set default attributes of one kind of element in a class."""
         own = self._own.setdefault((name, _kind(tag)), {})
         own |= {key: value for key, value in attributes.items() if key in _READ.split()}
 
@@ -201,7 +201,7 @@ class Assets:
                     self._folders.setdefault(name, set()).add(attributes[name])
             self._stripped |= attributes.get("strippath") == "true"
         elif tag != "include":
-            opened = _opened(tag, attributes)
+            opened = _file_attributes(tag, attributes)
             for name, value in attributes.items():
                 if value and name.startswith("file"):
                     self._files[tag, value, name in opened] = None
@@ -209,33 +209,41 @@ class Assets:
                 self._models.append((attributes.get("name", ""), attributes.get("file", "")))
 
     def paths(self, base: str) -> Iterator[tuple[str, bool]]:
-        """Where the files may be for a model in the folder `base`; whether MuJoCo opens them."""
+        """Yield the possible paths of files, and whether MuJoCo opens them.
+
+        `base` is the folder.
+        """
         for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
-            yield from ((place, is_opened) for place in self._places(base, tag, file))
+            yield from ((path, is_opened) for path in self._possible_paths(base, tag, file))
 
     def existing(self, base: str) -> list[tuple[str, ...]]:
-        """The places of each file where there is one."""
-        places = [self._places(base, tag, file) for tag, file, opened in self._files if opened]
-        return [found for each in places if (found := tuple(filter(os.path.isfile, each)))]
+        """For each opened file, those of its possible paths that exist.
+
+        Files without any are left out.
+        """
+        candidates = [
+            self._possible_paths(base, tag, file) for tag, file, opened in self._files if opened
+        ]
+        return [found for each in candidates if (found := tuple(filter(os.path.isfile, each)))]
 
     def unopened(self, base: str) -> Iterator[str]:
-        """Files that are there and that are named where MuJoCo does not look."""
+        """Yield existing files that are named where MuJoCo does not look."""
         for tag, file, is_opened in self._files:
             if not is_opened:
-                yield from filter(os.path.isfile, self._places(base, tag, file))
+                yield from filter(os.path.isfile, self._possible_paths(base, tag, file))
 
     def missing(self, base: str) -> Iterator[str]:
-        """What is in none of the places where it may be, in words."""
+        """Yield a phrase for each file that is at none of its possible paths."""
         for tag, file, is_opened in self._files:
-            if is_opened and not any(map(os.path.isfile, self._places(base, tag, file))):
+            if is_opened and not any(map(os.path.isfile, self._possible_paths(base, tag, file))):
                 yield f"the {_KINDS.get(tag, 'file')} {file}"
 
     def models(self, base: str) -> Iterator[tuple[str, str]]:
-        """The models to attach: a name, which may be empty, and where the file may be."""
+        """Yield the models to attach: a name, which may be empty, and a possible path."""
         for name, file in self._models:
-            yield from ((name, path) for path in self._places(base, "model", file))
+            yield from ((name, path) for path in self._possible_paths(base, "model", file))
 
-    def _places(self, base: str, tag: str, file: str) -> list[str]:
+    def _possible_paths(self, base: str, tag: str, file: str) -> list[str]:
         name = os.path.basename(file) if self._stripped else file
         own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())
         folders = own | self._folders.get("assetdir", set())
@@ -244,7 +252,7 @@ class Assets:
         return [os.path.join(base, folder, name) for folder in sorted(folders)]
 
 
-def _opened(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
+def _file_attributes(tag: str, attributes: Mapping[str, str]) -> Collection[str]:
     """The attributes of an element that name a file which MuJoCo opens."""
     if tag == "flexcomp":
         return ("file",) if attributes.get("type") in _FILLED else ()
@@ -283,7 +291,7 @@ class _ModelText:
     """How many copies are made of what stands in each open element, and outside of all."""
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        """An element begins."""
+        """Handle the start of an element."""
         if len(self.tags) >= _DEEPEST:
             raise ModelError(f"elements are nested more than {_DEEPEST} deep")
         self.tags.append(tag)
@@ -313,7 +321,7 @@ class _ModelText:
             self.elements.append((section, tag, attributes.get("class", around), attributes))
 
     def count(self, tag: str, attributes: dict[str, str]) -> str:
-        """Count an element with its copies; what is too much of it."""
+        """Count an element with its copies; returns why it exceeds a bound, or an empty text."""
         self.copies.append(self.copies[-1] * copies(tag, attributes))
         self.model.size += self.copies[-1]
         if self.model.size > MOST_ELEMENTS:
@@ -321,7 +329,7 @@ class _ModelText:
         return excess(tag, attributes)
 
     def end(self, _: str) -> None:
-        """The innermost open element ends."""
+        """Handle its end."""
         self.tags.pop()
         self.classes.pop()
         self.copies.pop()
@@ -393,19 +401,19 @@ class _ModelReader:
         self._bytes = self._weight = self._places = self._copied = self._letters = 0
 
     def files_of(self, path: str) -> tuple[ModelFiles, tuple[str, ...]]:
-        """The files of a model with what it attaches, and what of them is not there, in words."""
+        """The files of a model and of those it attaches, and phrases for the missing ones."""
         attached = reachable([real_path(path)], lambda real: self._models[real].attachments)
         assets: set[tuple[str, ...]] = set()
         missing: dict[str, None] = {}
         unused: set[str] = set()
-        for real, text in self._models.items():
-            existing = text.assets.existing(text.base)
+        for real, model_text in self._models.items():
+            existing = model_text.assets.existing(model_text.base)
             if real in attached:
                 assets.update(existing)
-                missing |= dict.fromkeys(text.assets.missing(text.base))
+                missing |= dict.fromkeys(model_text.assets.missing(model_text.base))
             else:  # MuJoCo reads its text and goes no further
-                unused.update(place for places in existing for place in places)
-            unused.update(text.assets.unopened(text.base))
+                unused.update(path for paths in existing for path in paths)
+            unused.update(model_text.assets.unopened(model_text.base))
         texts = tuple(sorted(self._paths))
         return ModelFiles(texts, tuple(sorted(assets)), tuple(sorted(unused))), tuple(missing)
 
@@ -419,7 +427,7 @@ class _ModelReader:
             if self._places > _MOST_PLACES:
                 raise ModelError(f"files of {shown} may be at more than {_MOST_PLACES:,} places")
             if is_opened:
-                self._confine(asset)
+                self._refuse_outside(asset)
                 self._weigh(asset)
         self._models[real_path(path)] = text
         attachable = self._read_attachable(text)
@@ -444,10 +452,10 @@ class _ModelReader:
             raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
         model.attach(other, prefix)
 
-    def _read_attachable(self, text: _ModelText) -> dict[str, str]:
+    def _read_attachable(self, model_text: _ModelText) -> dict[str, str]:
         """Name -> real path of the models that can be attached; one being read attaches itself."""
         found: dict[str, str] = {}
-        for name, path in text.assets.models(text.base):
+        for name, path in model_text.assets.models(model_text.base):
             real = real_path(path)
             if os.path.isfile(path) and real not in self._files:
                 self.read_model(path)
@@ -464,7 +472,7 @@ class _ModelReader:
                 shown = os.path.basename(asset)
                 raise ModelError(f"with {shown} its files have more than {MOST_BYTES:,} bytes")
 
-    def _confine(self, path: str) -> None:
+    def _refuse_outside(self, path: str) -> None:
         if not self._reach.contains(path):
             shown = os.path.basename(path)
             raise ModelError(f"{shown} lies outside the project; {self._reach.hint_to_allow(path)}")
@@ -476,7 +484,7 @@ class _ModelReader:
             raise ModelError(f"more than {_MOST_FILES} files are included")
         if real in self._files:
             raise ModelError(f"{shown} is included twice")
-        self._confine(path)
+        self._refuse_outside(path)
         self._files.add(real)
         self._paths.add(path)
         depth = len(text.tags)

@@ -354,7 +354,7 @@ def constant_names(expr: Expr) -> list[str]:
 
 
 def map_children(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
-    """`expr` with its direct subexpressions changed; the same object if none is another one."""
+    """`expr` with its direct subexpressions changed; the same object if none changed."""
     kind: Any = type(expr)
     changed: dict[str, Any] = {}
     for name, several in _fields_of(kind):
@@ -370,7 +370,7 @@ def map_children(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
 
 
 def instantiate(body: Expr, variable: str, item: Expr) -> Expr:
-    """The body of a quantifier said of one item."""
+    """The body of a quantifier with `variable` replaced by `item`."""
     if isinstance(body, BoundVariable):
         return item if body.name == variable else body
     return map_children(body, lambda part: instantiate(part, variable, item))
@@ -437,8 +437,10 @@ def _conjuncts_of(operands: Iterable[Expr]) -> Iterator[Expr]:
 T = TypeVar("T")
 
 
-class InDependenceOrder(Mapping[str, T]):
-    """What `find` tells of named expressions, for each at most once, when it is first wanted.
+class LazyByDependence(Mapping[str, T]):
+    """Lazy mapping from the names of expressions to `find(name)`.
+
+    The names an expression uses are computed before it, without recursion.
 
     Those that it names come first: so `find` meets only names of which the answer is known, and no
     chain of them is followed by deep recursion.

@@ -89,7 +89,8 @@ class Function:
 class Behaviour:
     """Transition functions, a terminal condition and an error condition (eq. 3).
 
-    It is not complete if a function or target of it is not known.
+    Within a subsystem the name identifies a behaviour. It is not `is_complete` if a function or
+    target of it is not known.
     """
 
     name: str
@@ -104,15 +105,15 @@ class Behaviour:
 
     @property
     def endings(self) -> tuple[tuple[Cause, Condition], ...]:
-        """What ends it, by priority (2.4)."""
+        """The causes of its end with their conditions, highest priority first (2.4)."""
         return ("error", self.error), ("terminal", self.terminal)
 
     def ending(self, cause: Cause) -> Condition:
-        """What ends it by a cause."""
+        """The condition that ends it, for a cause."""
         return self.error if cause == "error" else self.terminal
 
     def facts_after(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
-        """Conditions, and whether they held, once it has ended by a cause."""
+        """The conditions that held (True) or did not (False) when it ended by a cause."""
         if cause == "error":
             return ((self.error.when, True),)
         return (self.terminal.when, True), (self.error.when, False)
@@ -158,7 +159,7 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class Axiom:
-    """What the designer asks the proofs to take for granted, with the reason."""
+    """An assumption that the proofs may use, with the designer's reason."""
 
     that: Expr
     because: str

@@ -114,7 +114,7 @@ class FormulaLet:
     place: Place
 
 
-def expressions(formula: TemporalFormula) -> Iterator[Expr]:
+def expressions_in(formula: TemporalFormula) -> Iterator[Expr]:
     """The conditions and spans in a formula."""
     if isinstance(formula, TickCondition):
         yield formula.that
@@ -122,11 +122,11 @@ def expressions(formula: TemporalFormula) -> Iterator[Expr]:
     if isinstance(formula, Temporal) and formula.span:
         yield formula.span
     for operand in formula.operands:
-        yield from expressions(operand)
+        yield from expressions_in(operand)
 
 
 def horizon_s(formula: TemporalFormula) -> Fraction:
-    """The time in s after a tick at which the truth of the formula at that tick is known."""
+    """The time in s after a tick when the truth of the formula at that tick is known."""
     if isinstance(formula, TickCondition):
         return Fraction(0)
     own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_future else Fraction(0)
@@ -141,7 +141,7 @@ def span_of(formula: TemporalFormula) -> Offsets:
 
 
 def antecedent(formula: TemporalFormula) -> TemporalFormula | None:
-    """The condition under which a formula is asked: at other ticks it holds vacuously.
+    """The condition without which a formula holds vacuously at a tick.
 
     None if it is asked at every tick.
     """

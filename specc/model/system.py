@@ -19,7 +19,7 @@ from specc.source import Place
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """What stands behind one element of a device in the plant."""
+    """What the plant binds to one element of a device."""
 
     device: str
     element: str
@@ -56,8 +56,10 @@ PLANT: Final = "plant"
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """What others in ROS can watch: `agent.subsystem` its state, `agent.subsystem.y.peer.element`
-    what it sends."""
+    """A state or an output that is published in ROS.
+
+    It is named `agent.subsystem` or `agent.subsystem.y.peer.element`.
+    """
 
     name: str
     place: Place
@@ -107,7 +109,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class SafeOutput:
-    """What a device gets when a run ends: `value`, or `otherwise` if that fails.
+    """The value that a device gets when a run ends: `value`, or `otherwise` if that fails.
 
     In both, memory is what the device reported last.
     """
@@ -159,7 +161,7 @@ class Port:
         return next((e for e in self.elements if e.name == name), None)
 
     def place_of(self, element: Element) -> Place:
-        """Where this end has an element: there, or where it names the interface that has it."""
+        """The place of an element: its own if this buffer declares it, else that of the buffer."""
         here, place = self.place, element.place
         inside = place.file == here.file and place.route[: len(here.route)] == here.route
         return place if inside else here
@@ -340,7 +342,7 @@ class Agent:
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """What stands behind the devices: the MJCF file `model`, what `python` makes, or `ros2`."""
+    """What simulates or drives the devices: an MJCF `model`, an object of `python`, or `ros2`."""
 
     model: str
     python: str
@@ -408,13 +410,13 @@ class System:
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
-        """All that is said of runs: requirements, triggers, and formulas that have names."""
+        """All formulas about runs: requirements, triggers, and formulas that have names."""
         named = (each.formula for each in self.formula_lets if each.formula is not None)
         return (*self.requirements, *self.triggers, *named)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:
-        """The formulas that disturbances wait for, in their order; last the one that ends a run."""
+        """The formulas that disturbances wait for, in order; last the one that ends a run."""
         disturbances = self.task.disturbances if self.task else ()
         return tuple(filter(None, (*(each.when for each in disturbances), self.stop_when)))
 

@@ -26,7 +26,7 @@ class Draw:
     is_range: bool
     place: Place
 
-    def invalid_unit(self, wanted: Unit) -> Unit | None:
+    def first_other_unit(self, wanted: Unit) -> Unit | None:
         """The unit of a value that is not in `wanted`, if there is one; 0 is in any unit."""
         units = (unit for value, unit in self.values if value or unit != DIMENSIONLESS)
         return next((unit for unit in units if unit != wanted), None)
@@ -112,25 +112,25 @@ class Disturbance:
     place: Place
 
     def actions_on(self, *subjects: Subject) -> Iterator[tuple[Verb, DisturbanceAction]]:
-        """What is done to some subjects, or to all if none are given."""
-        for deed in self.actions:
-            verb = VERBS[deed.verb]
+        """The actions on some kinds of subjects, or all actions if none are given."""
+        for action in self.actions:
+            verb = VERBS[action.verb]
             if not subjects or verb.subject in subjects:
-                yield verb, deed
+                yield verb, action
 
     @property
     def subject(self) -> str:
-        """What it does to what: `block elbow, shift box.x`."""
-        return ", ".join(sorted(f"{deed.verb} {deed.name}" for deed in self.actions))
+        """The verbs with their subjects: `block elbow, shift box.x`."""
+        return ", ".join(sorted(f"{action.verb} {action.name}" for action in self.actions))
 
     @property
     def numbers(self) -> tuple[Draw, ...]:
-        """All that is drawn for it."""
-        return (*self.times, *(draw for deed in self.actions for draw in deed.numbers))
+        """All draws of the disturbance."""
+        return (*self.times, *(draw for action in self.actions for draw in action.numbers))
 
     @property
     def times(self) -> tuple[Draw, ...]:
-        """When it happens, how often and for how long."""
+        """The draws that say when it happens, how often and for how long."""
         drawn = self.at, self.every, self.probability, self.duration
         return tuple(draw for draw in drawn if draw is not None)
 

@@ -20,7 +20,7 @@ Frame = str
 
 
 class _TypeBase:
-    """What is asked of all types about how they are made, with the answers of most."""
+    """Defaults of the properties of types."""
 
     __slots__ = ()
     _PARTS: ClassVar[tuple[str, ...]] = ()
@@ -338,7 +338,7 @@ def point(frame: Frame) -> Vector:
 
 
 def complete_type(type: Type) -> Type:
-    """The type of a value of which nothing is missing."""
+    """The type of a value whose components are all present."""
     return type.value if isinstance(type, PartialOf) else type
 
 

@@ -56,7 +56,7 @@ class Wire:
         return self.peer_port.elements if self.peer_port else ()
 
     def inputs_sent_by(self, behaviour: Behaviour) -> frozenset[tuple[str, str]]:
-        """What a behaviour of the subsystem at the other end sends here, as it is called here."""
+        """The inputs of `subsystem`, (peer, element), that a behaviour of its peer sends."""
         peers = {self.peer_port.peer} if self.peer_port else set()
         return frozenset((self.port.peer, a.name) for a in behaviour.assignments if a.peer in peers)
 
@@ -69,12 +69,12 @@ class Wires:
 
     @cached_property
     def subsystems(self) -> dict[str, Subsystem]:
-        """Those of the system by their qualified names."""
+        """All subsystems by qualified name."""
         return {s.qualified_name: s for agent in self._agents for s in agent.subsystems}
 
     @cached_property
     def devices(self) -> dict[str, Device]:
-        """Those of the system by their qualified names."""
+        """All devices by qualified name."""
         return {d.qualified_name: d for agent in self._agents for d in agent.devices}
 
     def part(self, name: str) -> Subsystem | Device | None:
@@ -82,7 +82,7 @@ class Wires:
         return self.devices.get(name) or self.subsystems.get(name)
 
     def peer_place(self, subsystem: Subsystem, port: Port) -> Place | None:
-        """The definition that has the name of the peer: an agent, not its control subsystem."""
+        """The place of the definition that names the peer: an agent, not its control subsystem."""
         other = self.part(port.other_end)
         if other is None or other.agent == subsystem.agent:
             return other.place if other else None
@@ -151,7 +151,7 @@ class Wires:
         return [wire for wire in self.wires_to(device, direction) if wire.port.element(element)]
 
     def owners(self, device: Device) -> list[Wire]:
-        """Who works with an effector or commands a receptor, the one of its name first."""
+        """The subsystems that work with an effector or command a receptor, its namesake first."""
         direction: Direction | None = None if device.kind == "real_effector" else "y"
         found: dict[str, Wire] = {}
         for wire in self.wires_to(device.qualified_name, direction):

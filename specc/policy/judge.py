@@ -73,7 +73,7 @@ def judge(
     ignored = len(found) - len(shown)
     if is_complete and all(finding.severity == "warning" for finding in found):
         others += [
-            _unused(source, entry)
+            _unused_ignore(source, entry)
             for source, entry in ignores
             if entry.place not in used and not entry.code.startswith(_EXPLORED)
         ]
@@ -119,7 +119,7 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
         match = re.fullmatch(_IGNORE, addressed["words"])
         if match is None or _ADDRESSED.search(match["reason"]):
             message = "specc does not understand this comment"
-            findings.append(_finding(source, comment, "E0903", message, _intended(comment)))
+            findings.append(_finding(source, comment, "E0903", message, _hint_for_comment(comment)))
             continue
         codes = list(_CODE.finditer(match["codes"]))
         if len(codes) > MAX_IGNORED:
@@ -127,15 +127,15 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
             findings.append(_finding(source, comment, "E0903", "this names too many codes", hint))
             continue
         begin = comment.start + addressed.start("words") + match.start("codes")
-        for entry in _entries(source, comment, match["reason"], codes, begin):
-            if fault := _fault(source, entry):
+        for entry in _ignores_in_comment(source, comment, match["reason"], codes, begin):
+            if fault := _ignore_fault(source, entry):
                 findings.append(fault)
             else:
                 ignores.append(entry)
     return ignores, findings
 
 
-def _entries(
+def _ignores_in_comment(
     source: SourceFile, comment: Comment, reason: str, codes: list[re.Match[str]], begin: int
 ) -> Iterator[Ignore]:
     line = source.span(_text(source, comment.start, comment.end)).line
@@ -149,7 +149,7 @@ def _entries(
         yield Ignore("", line, _text(source, begin, begin), comment, "", ())
 
 
-def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
+def _ignore_fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
     known = all_codes()
     if entry.code not in known and entry.code not in MERGED:
         message = f"no finding has the code `{entry.code}`" if entry.code else "no code is given"
@@ -169,7 +169,7 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
     return None
 
 
-def _intended(comment: Comment) -> str:
+def _hint_for_comment(comment: Comment) -> str:
     """What a comment of another form was probably meant to be."""
     codes = [code for code in _LIKE_A_CODE.findall(comment.text) if code in all_codes()]
     if not codes:
@@ -178,7 +178,7 @@ def _intended(comment: Comment) -> str:
     return f"write `# specc: ignore[{', '.join(codes)}] {reason or 'reason'}`"
 
 
-def _unused(source: SourceFile, entry: Ignore) -> Diagnostic:
+def _unused_ignore(source: SourceFile, entry: Ignore) -> Diagnostic:
     """The finding about a code that suppresses nothing."""
     text, start, end = source.text, entry.comment.start, entry.comment.end
     if entry.other_codes:

@@ -170,7 +170,7 @@ def _settings_in(directory: Path) -> FoundSettings | None:
     place = Place(str(path))
     if len(content) > MAX_BYTES:
         message = f"the file has more than {MAX_BYTES:,} bytes"
-        return _invalid(message, place, "keep settings in a smaller file")
+        return _refused(message, place, "keep settings in a smaller file")
     # Most projects have no settings, and a start of the command need not read TOML for them.
     if b"specc" not in content:
         return None
@@ -178,11 +178,11 @@ def _settings_in(directory: Path) -> FoundSettings | None:
         source = SourceFile(str(path), content.decode())
     except UnicodeDecodeError:
         hint = "save the file with the encoding UTF-8"
-        return _invalid("the file is not UTF-8 text", place, hint)
-    return _excess(source) or _parsed(source)
+        return _refused("the file is not UTF-8 text", place, hint)
+    return _too_complex(source) or _parsed(source)
 
 
-def _invalid(
+def _refused(
     message: str, place: Place, hint: str, source: SourceFile | None = None
 ) -> FoundSettings:
     """No settings, and the finding about a file that has none which can be used."""
@@ -205,11 +205,13 @@ def _parsed(source: SourceFile) -> FoundSettings | None:
         return None
     if not isinstance(table, dict):
         message = "`tool.specc` is not a table"
-        return _invalid(message, _text(source, 0, 0), "write [tool.specc]", source)
+        return _refused(message, _text(source, 0, 0), "write [tool.specc]", source)
     if len(table) > MAX_KEYS:
         message = f"the section has more than {MAX_KEYS} keys"
-        return _invalid(message, _key_place(source, next(iter(table))), _KNOWN_KEYS, source)
-    faults = {key: _fault(_key_place(source, key), key, value) for key, value in table.items()}
+        return _refused(message, _key_place(source, next(iter(table))), _KNOWN_KEYS, source)
+    faults = {
+        key: _setting_fault(_key_place(source, key), key, value) for key, value in table.items()
+    }
     values: dict[str, Any] = {
         key: tuple(value) if isinstance(value, list) else value
         for key, value in table.items()
@@ -222,8 +224,11 @@ def _parsed(source: SourceFile) -> FoundSettings | None:
 _WITHOUT_EFFECT = "until then no setting takes effect"
 
 
-def _excess(source: SourceFile) -> FoundSettings | None:
-    """What of a text would take the reader of TOML too many steps, or too much memory."""
+def _too_complex(source: SourceFile) -> FoundSettings | None:
+    """The refusal of a text that would cost the TOML reader too many steps or too much memory.
+
+    None if it is fine.
+    """
     # Texts and comments become words and blanks of the same length.
     bare = _TEXT_OR_COMMENT.sub(
         lambda found: (" " if found[0][0] == "#" else "s") * len(found[0]), source.text
@@ -242,7 +247,7 @@ def _excess(source: SourceFile) -> FoundSettings | None:
                 break
         else:
             return None
-    return _invalid(message, _text(source, *span), f"shorten it; {_WITHOUT_EFFECT}", source)
+    return _refused(message, _text(source, *span), f"shorten it; {_WITHOUT_EFFECT}", source)
 
 
 def _not_toml(source: SourceFile, error: str) -> FoundSettings:
@@ -254,10 +259,10 @@ def _not_toml(source: SourceFile, error: str) -> FoundSettings:
     what = error[: at.start()] if at else error.removesuffix(" (at end of document)")
     message = f"this is not TOML: {what[:1].lower()}{what[1:]}"
     hint = f"correct the line; {_WITHOUT_EFFECT}"
-    return _invalid(message, _text(source, offset, offset), hint, source)
+    return _refused(message, _text(source, offset, offset), hint, source)
 
 
-def _fault(place: Place, key: str, value: Any) -> Diagnostic | None:
+def _setting_fault(place: Place, key: str, value: Any) -> Diagnostic | None:
     """What is wrong with a setting."""
     if key not in KEYS:
         close = nearest(key, KEYS)

@@ -22,9 +22,9 @@ from specc.model.expr import (
     Component,
     ConstantRef,
     Expr,
-    InDependenceOrder,
     IsNone,
     IsOneOf,
+    LazyByDependence,
     LetRef,
     Logic,
     Number,
@@ -81,7 +81,7 @@ class Timer:
         self._timings: dict[int, Timing] = {}
         self._turns: dict[int, TurningPoints | None] = {}
         lets = numbering.lets
-        self._conditions_of_lets = InDependenceOrder(
+        self._conditions_of_lets = LazyByDependence(
             lets, lambda name: self.timed_conditions(lets[name])
         )
         for value in numbering.named_values():

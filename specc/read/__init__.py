@@ -7,7 +7,7 @@ from specc.read.document import (
     claims_to_be_specification,
     read_file,
     read_text,
-    specification,
+    refuse_other_yaml,
 )
 
 __all__ = [
@@ -17,5 +17,5 @@ __all__ = [
     "claims_to_be_specification",
     "read_file",
     "read_text",
-    "specification",
+    "refuse_other_yaml",
 ]

@@ -228,7 +228,7 @@ class _Composer:
         return data, event
 
     def _accepts_key(self, key: TextNode, name: str, mapping: TextNode) -> bool:
-        """Whether a mapping can have the key, which is reported if not."""
+        """Whether a mapping may have the key; reports it if not."""
         first = mapping.keys.get(name)
         related: tuple[Related, ...] = ()
         if not key.style and name in _NULLS:
@@ -294,7 +294,7 @@ class _Composer:
             raise _GiveUpError
 
     def _start_of(self, event: Any) -> int:
-        """Where a value begins, behind its anchor."""
+        """The offset at which a value begins, after its anchor."""
         start: int = event.start_mark.index
         if event.anchor is None:
             return start
@@ -308,5 +308,5 @@ class _Composer:
 
 
 def _height(node: TextNode) -> int:
-    """The levels of collections below a value; no more than its size, of which all are counted."""
+    """The number of levels of collections below a value, within its size, which is counted."""
     return 1 + max(map(_height, node.values.values())) if node.values else 0

@@ -36,7 +36,7 @@ class UnreadableFileError(Exception):
 
 
 def load_text(path: str) -> tuple[str, bool]:
-    """Text of a file and whether a byte order mark was taken off it.
+    """Read the text of a file; also returns whether it had a byte order mark, which is removed.
 
     Raises:
         UnreadableFileError: there is no such file, or it is no text in UTF-8 of a bearable size.
@@ -62,16 +62,16 @@ def _load_bytes(path: str) -> bytes:
         suggestion = f"did you mean {' or '.join(f'`{name}`' for name in close)}? " if close else ""
         hint = f"{suggestion}`specc lib` lists all parts"
         raise _refusal("E0001", path, "the library has no such part", hint)
-    place = on_disk(path)
+    disk_path = on_disk(path)
     try:
         # A FIFO would block in open() and a device may never end.
-        if not stat.S_ISREG(os.stat(place).st_mode):
+        if not stat.S_ISREG(os.stat(disk_path).st_mode):
             message, hint = "this is not a regular file", "save the text in a file first"
             if os.path.isdir(path):
                 message = "this is a directory"
                 hint = "name a file in it: specc reads one specification file at a time"
             raise _refusal("E0001", path, message, hint)
-        with open(place, "rb") as file:
+        with open(disk_path, "rb") as file:
             raw = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise _refusal("E0001", path, "no such file", "check the path") from None
@@ -137,8 +137,8 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
     return replace(document, diagnostics=(warning, *document.diagnostics))
 
 
-def specification(document: Document) -> Document:
-    """The document; of one that does not say that it is a specification nothing is kept."""
+def refuse_other_yaml(document: Document) -> Document:
+    """The document, or an empty one with E0022 if its text does not claim to be a specification."""
     source = document.source
     if not source.text.strip() or claims_to_be_specification(source.text):
         return document
@@ -195,7 +195,7 @@ class AllowedPaths:
         )
 
     def hint_to_allow(self, path: str) -> str:
-        """What to do about a file that lies outside."""
+        """A help text for a file that lies outside."""
         real = os.path.realpath(path)
         folder = real if os.path.isdir(real) else os.path.dirname(real)
         beyond = os.path.relpath(folder, self.folders[0])
@@ -239,7 +239,7 @@ ANYWHERE = AllowedPaths()
 
 
 def claims_to_be_specification(text: str) -> bool:
-    """Whether a text says that it is a specification; any other must not be shown."""
+    """Whether a text claims to be a specification; any other must not be shown."""
     return _CLAIM.search(text) is not None
 
 
@@ -264,7 +264,7 @@ class Comment:
 
 
 def comments_of(source: SourceFile) -> list[Comment]:
-    """The comments of a file that was understood, in order; none of any other."""
+    """The comments of a file in order; none if the file was not understood."""
     if source.spans is None:
         return []
     # What an alias stands for is the same node again.

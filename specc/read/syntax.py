@@ -53,7 +53,7 @@ class YamlSyntaxError(Exception):
 
 
 def events(text: str) -> Iterator[Event]:
-    """The events of a text that holds no forbidden character.
+    """Yield the events of a text that holds no forbidden character.
 
     Raises:
         YamlSyntaxError: the text is not YAML.
@@ -144,7 +144,7 @@ _TAB_INDENT = re.compile(r"^ *\t[ \t]*", re.MULTILINE)
 
 
 def syntax_error(path: str, text: str, fault: YamlSyntaxError) -> Diagnostic:
-    """The finding for a text that the parser refused."""
+    """Make the finding for a text that the parser refused."""
     # A tab in the indentation of the line at fault; the parser may blame what follows it.
     line_start = max(text.rfind("\n", 0, fault.at), text.rfind("\r", 0, fault.at)) + 1
     tab = _TAB_INDENT.match(text, line_start)

@@ -134,7 +134,7 @@ def _report_lacking(file: Loaded, findings: Findings) -> None:
 
 
 def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | None:
-    """The plant, if there is one; what is observed of it and an agent cannot share a name."""
+    """Resolve the plant, if there is one; observed values and agents cannot share a name."""
     definition, top, findings = file.spec.plant, file.top, library.findings
     if definition is None:
         return None
@@ -154,7 +154,7 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
 
 
 def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
-    """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
+    """Resolve the task, if there is one, with its disturbances and their `formulas`."""
     definition = file.spec.task
     if definition is None:
         return None
@@ -171,7 +171,7 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
 
 
 def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:
-    """The formula that ends a run; None after reporting an error."""
+    """Resolve the formula that ends a run; None after reporting an error."""
     found = formulas.requirement(str(at.raw), "", at)
     if found is not None and (wrong := why_untimely(found, "a run", "end")):
         message, way = wrong
@@ -210,7 +210,7 @@ its user can give nothing but values of parameters, the rate and the title.
 def resolve_alone(
     file: Loaded, load: Load, findings: Findings, reach: AllowedPaths
 ) -> tuple[System, AgentResolver]:
-    """Resolve a description with its user left open; definitions have no user to leave open.
+    """Resolve a description without a user; files of definitions need none.
 
     The system that is returned holds the described part alone. Findings that only a user could mend
     are left out.
@@ -248,7 +248,7 @@ def resolve_alone(
 
 
 def is_certain(diagnostic: Diagnostic, path: str) -> bool:
-    """Whether what a check found in the part of a file holds whoever uses it."""
+    """Whether a finding in the part of a file holds for all of its users."""
     return diagnostic.code.startswith(_OF_ITSELF) and diagnostic.primary.file == path
 
 
@@ -271,7 +271,7 @@ def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[C
 def _described(
     file: Loaded, library: Library, setting: Setting, findings: Findings
 ) -> tuple[Agent, AgentResolver]:
-    """The agent of the file, or one that consists of the subsystem of the file."""
+    """The agent of the file, or one that is made of the subsystem of the file."""
     spec, top = file.spec, file.top
     control = spec.agent.control if spec.agent else spec.subsystem
     user, where = file, top["agent"]["control"] if spec.agent else top["subsystem"]
@@ -291,5 +291,7 @@ def _described(
     around = AgentDef()
     ends = {peer: f"{peer}.c" for peer in peers}
     where = top["subsystem"]
-    subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
+    subsystem = resolver.resolve_subsystem(
+        "", "c", "control", around, spec.subsystem, where, ends, setting
+    )
     return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver

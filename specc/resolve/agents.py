@@ -63,7 +63,7 @@ class AgentResolver:
             virtual = groups_of(definition.virtual_effectors, where["virtual_effectors"])
             virtual |= groups_of(definition.virtual_receptors, where["virtual_receptors"])
             part = control, here, peers, replace(inside, groups=virtual)
-            subsystems.append(self.subsystem(name, "c", "control", definition, *part))
+            subsystems.append(self.resolve_subsystem(name, "c", "control", definition, *part))
         subsystems += self._virtual(name, definition, where, at)
         devices = tuple(self._devices(name, definition, where, at))
         found = tuple(s for s in subsystems if s is not None)
@@ -105,25 +105,29 @@ class AgentResolver:
                 peers = peers_of_virtual(agent, name, kind, definition, around)
                 part = definition, where[f"{kind}s"][name]
                 whole = with_device_buffers(*part, kind, name, around, where, known, self.findings)
-                yield self.subsystem(agent, name, kind, around, *whole, peers, at)
+                yield self.resolve_subsystem(agent, name, kind, around, *whole, peers, at)
 
-    def subsystem(
+    def resolve_subsystem(
         self,
         agent: str,
         name: str,
         kind: SubsystemKind,
-        around: AgentDef,
+        agent_def: AgentDef,
         definition: SubsystemDef,
         where: YamlNode,
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
-        """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
+        """Resolve one subsystem.
+
+        It is marked as `broken` or `faulty` if it has errors, and None if a file that it uses
+        cannot be used.
+        """
         findings = self.findings
         before, suppressed = len(findings.diagnostics), findings.suppressed
         repeated = len(findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
-        levels, inside = self._levels(f"{agent}.{name}", definition, where, at)
+        levels, inside = self._use_chain(f"{agent}.{name}", definition, where, at)
         if inside is None:
             self.broken.add(f"{agent}.{name}")
             return None
@@ -132,27 +136,29 @@ class AgentResolver:
         )
         interfaces = inside.definitions.interfaces
         described, here = with_machine(described, here, interfaces, self.findings)
-        device_user, at_uses = _first(levels, "uses")
+        device_user, at_uses = _first_with(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
-            peers = peers_of_virtual(agent, name, kind, device_user, around)
-        named = inside.definitions.agents
+            peers = peers_of_virtual(agent, name, kind, device_user, agent_def)
+        agent_parameters = inside.definitions.agents
         if kind == "control":
-            peers = {**peers, **{local: f"{other}.c" for local, other in named.items()}}
-        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings, where)
+            peers = {**peers, **{local: f"{other}.c" for local, other in agent_parameters.items()}}
+        neighbours = Neighbours(
+            name, kind, agent_def, (*self.names, *agent_parameters), self.findings, where
+        )
         devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.
         absent = {peer: f"{agent}.{peer}" for peer in missing}
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
-        timed, at_rate = _first(levels, "rate")
+        timed, at_rate = _first_with(levels, "rate")
         rate = None
         if timed.rate is None:
             message = "the subsystem has no rate yet"
             findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
         else:
             rate = rate_of(timed.rate, at_rate["rate"], findings)
-        budget_s = duration_in(*_first(levels, "budget"), "budget", findings)
+        budget_s = duration_in(*_first_with(levels, "budget"), "budget", findings)
         expressions = Expressions(findings, inside.definitions, home=here, groups=groups)
         ports, memory, lets, scope = resolve_buffers(described, here, peers, expressions)
         machine = MachineResolver(described, here, scope, ports, memory, expressions)
@@ -177,18 +183,18 @@ class AgentResolver:
         )
         found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]
         if found:
-            inner = all(_only_inside(finding, here) for finding in found)
+            inner = all(_leaves_interface_known(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
         elif findings.suppressed > suppressed:
             self.faulty.add(resolved.qualified_name)
         return resolved
 
-    def _levels(
+    def _use_chain(
         self, name: str, definition: SubsystemDef, where: YamlNode, at: Setting
     ) -> tuple[list[tuple[SubsystemDef, YamlNode]], Setting | None]:
-        """A subsystem and the descriptions that it uses, each the next one.
+        """The subsystem and the descriptions that it uses, outermost first, and the last setting.
 
-        And the names in force in the last one; None if one cannot be used, which is reported.
+        The setting is None after reporting that a description cannot be used.
         """
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
@@ -290,12 +296,14 @@ _INNER = frozenset(
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
-def _first(levels: list[tuple[SubsystemDef, YamlNode]], key: str) -> tuple[SubsystemDef, YamlNode]:
-    """The level that says something for a key: users come before what they use."""
+def _first_with(
+    levels: list[tuple[SubsystemDef, YamlNode]], key: str
+) -> tuple[SubsystemDef, YamlNode]:
+    """The first level that gives `key`, or the last; a user comes before what it uses."""
     return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
-def _only_inside(finding: Diagnostic, subsystem: YamlNode) -> bool:
+def _leaves_interface_known(finding: Diagnostic, subsystem: YamlNode) -> bool:
     """Whether an error leaves the buffers and the graph of states of the subsystem known.
 
     A row with an unknown condition is known to exist; one with an unknown state is not.

@@ -39,25 +39,27 @@ def resolve_buffers(
     # What expressions mean by a name that stands for two things is not known.
     expressions.broken |= memory & lets
     expressions.broken |= {n for n in memory | lets if n in outer.constants or n in outer.files}
-    constants = _without(constant_scope(outer), expressions.broken)
-    outside = replace(constants, inputs=inputs, uninitialized=expressions.later)
+    constants = _without_broken(constant_scope(outer), expressions.broken)
+    outside = replace(constants, inputs=inputs, uninitialized=expressions.uninitialized_names)
     resolved = _memory(definition, where, outside, expressions)
-    known = _without(outside, expressions.broken)
+    known = _without_broken(outside, expressions.broken)
     clear = {
-        m.name: Declaration(m.type, m.place) for m in resolved if _is_clear(m.name, expressions)
+        m.name: Declaration(m.type, m.place)
+        for m in resolved
+        if _is_unambiguous(m.name, expressions)
     }
     inside = replace(known, memory=clear, uninitialized=(), allow_clock=True)
     found, scope = _lets(definition, where["let"], inside, expressions)
     return ports, resolved, found, scope
 
 
-def _is_clear(name: str, expressions: Expressions) -> bool:
-    """Whether expressions mean a memory element or a let by its name."""
+def _is_unambiguous(name: str, expressions: Expressions) -> bool:
+    """Whether a name refers to exactly one memory element or let."""
     return name not in expressions.broken and name not in RESERVED
 
 
-def _without(scope: Scope, broken: Collection[str]) -> Scope:
-    """The scope without constants and files whose names could mean something with an error."""
+def _without_broken(scope: Scope, broken: Collection[str]) -> Scope:
+    """The scope without constants and files whose names are broken."""
     constants = {name: known for name, known in scope.constants.items() if name not in broken}
     files = {name: known for name, known in scope.files.items() if name not in broken}
     return replace(scope, constants=constants, files=files)
@@ -111,7 +113,7 @@ def _memory(
 def _lets(
     definition: SubsystemDef, where: YamlNode, scope: Scope, expressions: Expressions
 ) -> tuple[tuple[Let, ...], Scope]:
-    """Lets in order of dependence, and the scope with all of them.
+    """Resolve lets in order of dependence; returns also the scope with all of them.
 
     One that depends on itself is reported with its cycle. `scope` is what a let may name.
     """
@@ -148,13 +150,13 @@ def _lets(
             continue
         value = inlined(value, indices)
         found.append(Let(name, value, item.title, trace_of(item), at.key))
-        if _is_clear(name, expressions):
+        if _is_unambiguous(name, expressions):
             lets[name] = Declaration(value.type, at.key, value)
     return tuple(found), replace(scope, all_lets=())
 
 
 def _used_lets(text: str, definition: SubsystemDef) -> list[str]:
-    """The lets that a text names; none if it has an error, which is reported later."""
+    """The lets that a text names; empty if it has an error, which is reported later."""
     try:
         names = names_in(parse(text))
     except ExprError:

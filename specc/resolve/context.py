@@ -121,7 +121,7 @@ class Findings:
     _lacking: dict[object, int] = field(default_factory=dict)
 
     def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-        """Those findings that do not depend on names in a file that cannot be read."""
+        """The findings that do not depend on names in a file that cannot be read."""
         return tuple(d for d in found if not self.has_unread_file or d.code.startswith(_OF_FILES))
 
     def use(
@@ -230,7 +230,7 @@ class Findings:
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
-            index = self._lacking.setdefault(_missing_part(found), len(self.diagnostics))
+            index = self._lacking.setdefault(_missing_part_key(found), len(self.diagnostics))
             if index < len(self.diagnostics):
                 earlier = self.diagnostics[index]
                 more = (Related(found.primary, "needed here as well"),)
@@ -266,8 +266,11 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _missing_part(finding: Diagnostic) -> object:
-    """What is not there: a part of the whole file, of one subsystem or of a section."""
+def _missing_part_key(finding: Diagnostic) -> object:
+    """A key that findings about the same missing part share.
+
+    It consists of file, message and the scope in which the part is missing.
+    """
     place, message = finding.primary, finding.message
     if message.startswith(_OF_A_FILE):
         return place.file, message, ()
@@ -282,7 +285,7 @@ _OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 
 
 def suggest(name: str, known: list[str]) -> str:
-    """A way out for an unknown name: `did you mean ...?`, or what there is."""
+    """A help text for an unknown name: `did you mean ...?`, or the known names."""
     close = nearest(name, known)
     if close:
         return "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
@@ -338,7 +341,7 @@ def duration_in(
 
 
 def file_hint(path: str, relative: str) -> str:
-    """A way out for a path that leads nowhere: what lies beside it under a similar name."""
+    """A help text for a path without a file: similar names beside it."""
     folder, name = os.path.split(path)
     try:
         close = nearest(name, os.listdir(folder or "."))
@@ -364,7 +367,7 @@ def quantity(text: str) -> tuple[Fraction, str] | None:
 
 
 def in_unit(text: str, unit: str) -> str:
-    """A value as written; a number without a unit gets this one, if it is not empty."""
+    """A value as written; a number without a unit gets this one, unless it is empty."""
     found = quantity(text) if unit else None
     return text if found is None or found[1] else f"{text.strip()}[{unit}]"
 
@@ -382,7 +385,7 @@ class SetValues:
     units: dict[str, str] = field(default_factory=dict)
 
     def of(self, name: str, written: str, declared: Type | None = None) -> YamlNode | None:
-        """The text to take instead of what a file has for a name, if there is one.
+        """The text of the command line that replaces a value of a file, if there is one.
 
         Parameters of copies have a name that is their own, and one that they share.
         What has a name first keeps it: descriptions that use others come before these.
@@ -401,7 +404,7 @@ class SetValues:
         return found and replace(found, raw=in_unit(str(found.raw), unit))
 
     def report_unknown(self, findings: Findings) -> None:
-        """Report names that are those of nothing."""
+        """Report names on the command line that no constant or parameter has."""
         for name, where in self.texts.items():
             if name not in self.units:
                 what = "parameter" if "." in name else "constant"

@@ -23,8 +23,8 @@ from specc.source import Place
 # Sizes of vectors and images that parameters are to give.
 
 
-def marks() -> Iterator[int]:
-    """Those of parameters, in their order: large numbers whose sums and products all differ."""
+def size_marks() -> Iterator[int]:
+    """Marks of open sizes, by parameter: large numbers with distinct sums and products."""
     return (2**32 + crc32(str(number).encode()) for number in count())
 
 
@@ -63,7 +63,7 @@ class OpenSize(int):
 
 
 def inlined(expr: Expr, constants: Mapping[str, Constant], skip: Collection[str] = ()) -> Expr:
-    """`expr` with the values of constants in the place of their names, but for those in `skip`.
+    """Replace constants in `expr` by their values, except for those in `skip`.
 
     Raises:
         ExprError: the values have too many parts; constants of constants can stand for billions.
@@ -135,7 +135,7 @@ def may_be_size(kind: str) -> bool:
 def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     """Sizes in a description that are not given: each equals itself alone."""
     named = (name for name, kind in parameters.items() if may_be_size(kind))
-    return {name: OpenSize(mark, name) for name, mark in zip(named, marks(), strict=False)}
+    return {name: OpenSize(mark, name) for name, mark in zip(named, size_marks(), strict=False)}
 
 
 def sizes_in(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
@@ -189,7 +189,7 @@ class Definitions:
     """Whether the parameters are indices, and all other constants those of the file."""
 
     def add(self, constant: Constant) -> None:
-        """Take in a constant, which those after it may name."""
+        """Add a constant, which later ones may name."""
         self.constants[constant.name] = constant
         self.declared[constant.name] = Declaration(
             constant.value.type, constant.place, constant.value
@@ -239,7 +239,7 @@ class Definitions:
         return False
 
     def absorb(self, other: Definitions, findings: Findings) -> None:
-        """Take in the definitions of a file that this one uses."""
+        """Add the definitions of a file that this one uses."""
         self.broken |= other.broken
         self.frame_titles |= other.frame_titles
         for label, place in other.places.items():

@@ -35,7 +35,8 @@ def resolve_elements(
         init = None
         if definition.init is not None:
             scope = replace(
-                constant_scope(expressions.definitions), uninitialized=expressions.later
+                constant_scope(expressions.definitions),
+                uninitialized=expressions.uninitialized_names,
             )
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
@@ -57,7 +58,7 @@ def with_safe(
     reported: tuple[Element, ...],
     expressions: Expressions,
 ) -> tuple[Element, ...]:
-    """What the device accepts, with the safe values that are declared in `where`, its `x`."""
+    """Add the safe values declared in `where`, its `x`, to the elements that a device accepts."""
     found, findings = [], expressions.findings
     constants = constant_scope(expressions.definitions)
     scope = replace(constants, memory={e.name: Declaration(e.type, e.place) for e in reported})
@@ -87,7 +88,7 @@ def with_safe(
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
-    """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
+    """Whether a value calls an operator, reads a file, or uses what may be missing."""
     constants = expressions.definitions.constants
     names = reachable(
         (name for name in constant_names(value) if name in constants),
@@ -122,7 +123,7 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
 def all_elements(
     buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], InterfaceRef | None]:
-    """The elements of a buffer: those of its interface, if that is known, and its own."""
+    """The elements of a buffer: those of its interface, if it is known, and its own."""
     found = resolve_elements(buffer.elements, at, expressions)
     if buffer.interface is None:
         return found, None

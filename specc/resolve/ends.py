@@ -28,7 +28,7 @@ def peers_of_virtual(
 
 
 def word_of(kind: SubsystemKind) -> str:
-    """What a virtual effector or receptor works with: real ones of the same word."""
+    """The kind of devices, `effector` or `receptor`, that a virtual one works with."""
     return kind.removeprefix("virtual_")
 
 
@@ -73,7 +73,7 @@ class Neighbours:
     """The subsystem in its agent."""
 
     def missing_devices(self, definition: SubsystemDef, where: YamlNode) -> list[str]:
-        """Devices that a subsystem uses and that are not there or not for it, after reporting."""
+        """Report devices under `uses` that a subsystem cannot use; returns their names."""
         word = word_of(self.kind)
         other = "receptor" if word == "effector" else "effector"
         own, others = devices_of(self.around, word), devices_of(self.around, other)
@@ -105,7 +105,7 @@ class Neighbours:
         peers: Mapping[str, str],
         devices: Collection[str],
     ) -> Iterator[str]:
-        """Peers that are not there yet, after reporting; of `devices` this is done already.
+        """Report peers that do not exist yet, except for `devices`; yields their names.
 
         Peers that may not be talked to are reported as well.
         """

@@ -48,7 +48,7 @@ def groups_of(parts: Mapping[str, Any], where: YamlNode) -> Groups:
 
 
 def targets_of(target: str, groups: Mapping[str, Members]) -> list[str]:
-    """The targets that `y.group.element` stands for; any other target is itself."""
+    """The targets that `y.group.element` stands for; any other target stands for itself."""
     match target.split(".") if groups else ():
         case ["y", group, element] if group in groups:
             return [f"y.{member}.{element}" for member in groups[group].values()]
@@ -62,7 +62,7 @@ _SourcedBuffer = tuple[BufferDef, Any, Route]
 def _with_buffers(
     definition: SubsystemDef, where: YamlNode, sides: Mapping[str, Mapping[str, _SourcedBuffer]]
 ) -> tuple[SubsystemDef, YamlNode]:
-    """The subsystem with these buffers in place of its own."""
+    """Replace the buffers of a subsystem."""
     raw = where.mapping
     for side, buffers in sides.items():
         routes = {peer: route for peer, (_, _, route) in buffers.items()}
@@ -83,7 +83,7 @@ def _buffers(definition: SubsystemDef, where: YamlNode, side: str) -> dict[str, 
 def with_members(
     definition: SubsystemDef, where: YamlNode, groups: Groups
 ) -> tuple[SubsystemDef, YamlNode, Groups]:
-    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
+    """Expand groups: the subsystem with a buffer for each member, and the groups that it names."""
     named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
     if not named:
         return definition, where, {}
@@ -108,7 +108,7 @@ def with_device_buffers(
     interfaces: Mapping[str, Interface],
     findings: Findings,
 ) -> tuple[SubsystemDef, YamlNode]:
-    """A virtual effector or receptor with the buffers that it has because it passes all on.
+    """Add the buffers that a virtual effector or receptor has because it passes everything on.
 
     They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
     """
@@ -132,7 +132,7 @@ def with_device_buffers(
         for side, peer in (("x", source), ("y", target)):
             if peer in own[side] or (peer != "c" and used[0] in own[side]):
                 continue
-            copy = _like(buffer, reported if side == "x" else None)
+            copy = _mirrored_buffer(buffer, reported if side == "x" else None)
             sides[side][peer] = copy, here.raw, here.route
     return _with_buffers(definition, where, sides)
 
@@ -152,10 +152,11 @@ def _report_device(
     findings.report("E0104", message, place, help="write `x` and `y`, or change `uses`")
 
 
-def _like(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
-    """A buffer for what a device accepts or has `reported`; None stands for outputs.
+def _mirrored_buffer(buffer: BufferDef, reported: Collection[str] | None) -> BufferDef:
+    """A copy of a device's buffer for the subsystem that passes it on.
 
-    Before the first command, the device is to get what is safe.
+    With `reported`, the names that the device reports, it is an input with safe initial values;
+    with None, it is an output.
     """
     is_input = reported is not None
     kind = InputDef if is_input else ElementDef
@@ -180,7 +181,7 @@ def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
 
 
 def _named(text: str) -> set[str]:
-    """The names in an expression, without units; none, if it cannot be read."""
+    """The names in an expression, without units; empty if it cannot be parsed."""
     try:
         nodes = nodes_of(parse_syntax(text))
     except ExprError:
@@ -197,7 +198,7 @@ def with_machine(
     interfaces: Mapping[str, Interface],
     findings: Findings,
 ) -> tuple[SubsystemDef, YamlNode]:
-    """A subsystem with the machine that `through` stands for, if it has that."""
+    """Expand `through` to the machine that it stands for."""
     through, here = definition.through, where[NAME]
     if through is None:
         return definition, where

@@ -64,7 +64,7 @@ _OF_A_DECLARATION = 4
 
 
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
-    """The value of an expression over constants; raises ExprError if only a run can tell it."""
+    """Evaluate an expression over constants; raises ExprError if only a run can."""
     try:
         count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))
@@ -97,7 +97,7 @@ class Expressions:
     """Names of many peers, with the peers."""
 
     def type(self, where: YamlNode, text: str) -> Type | None:
-        """The type that `text` spells, or None after reporting."""
+        """Parse a type; None after reporting."""
         names = self.definitions.names()
         self.findings.types.append(TypeText(where, "type", text, names, self.definitions.places))
         try:
@@ -108,7 +108,7 @@ class Expressions:
             return None
 
     def tree(self, where: YamlNode, text: str) -> ast.expr | None:
-        """The syntax tree of `text`, or None after reporting."""
+        """Parse an expression into its syntax tree; None after reporting."""
         try:
             return expand_groups(parse(text), self.groups)
         except ExprError as error:
@@ -123,7 +123,7 @@ class Expressions:
         expected: Type | None,
         declared: Place | None = None,
     ) -> Expr | None:
-        """The typed expression, or None after reporting where it is not clear what it means.
+        """Type an expression; None after reporting if its meaning is not clear.
 
         What it is assigned to is declared as of the expected type at `declared`.
         """
@@ -131,11 +131,11 @@ class Expressions:
         return None if expr is None or has_unknown(expr) else expr
 
     def condition(self, where: YamlNode, text: str, scope: Scope) -> Expr | None:
-        """The typed condition, parts of which are unknown after reporting, or None."""
+        """Type a condition, whose wrong parts are unknown; None after reporting."""
         return self._parsed(where, text, scope, Bool(), None)
 
     def inside(self, where: YamlNode, text: str, scope: Scope) -> None:
-        """Report what is wrong in an expression, whatever it is used for."""
+        """Report errors in an expression, whatever type is expected of it."""
         self._note(where, text, scope, None)
         tree = self.tree(where, text)
         if tree is None:
@@ -193,7 +193,7 @@ class Expressions:
     def report(
         self, where: YamlNode, text: str, error: ExprError, target: Related | None = None
     ) -> None:
-        """Tell an error of a text, but not that a name is unknown whose own definition is wrong."""
+        """Report an error in a text, unless it only follows from a broken definition."""
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
         buffer = _ELEMENT.search(text[: error.end])
@@ -210,8 +210,8 @@ class Expressions:
         self.findings.expression_error(where, error, target, lacks)
 
     @property
-    def later(self) -> frozenset[str]:
-        """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
+    def uninitialized_names(self) -> frozenset[str]:
+        """The names of memory and lets, which have no value while initial values are computed."""
         return frozenset(name for key in _LATER for name in self._own_names(key))
 
     def _own_names(self, key: str) -> Collection[str]:

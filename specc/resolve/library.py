@@ -12,7 +12,7 @@ from specc.lang import (
     TYPE_WORDS,
     ExprError,
     Scope,
-    members_of,
+    enums_by_member,
     parse_signature,
 )
 from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
@@ -87,7 +87,10 @@ class Library:
         given: tuple[Constant, ...] | None = None,
         sizes: Mapping[str, int] | None = None,
     ) -> Definitions:
-        """Definitions in force in `file`; `frames`, `given` and `sizes` are of its parameters."""
+        """Resolve what is in force in `file`.
+
+        `frames`, `given` and `sizes` are of its parameters.
+        """
         own = self.start(file, frames, sizes)
         self.complete(own, file, given)
         return own
@@ -119,7 +122,7 @@ class Library:
     def complete(
         self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
     ) -> None:
-        """Add what else is in force in `file`, whose value parameters are `given`."""
+        """Add the other definitions of `file`, whose value parameters are `given`."""
         if given is not None:
             own.parameters = {c.name: c for c in given}
             for constant in given:
@@ -160,7 +163,7 @@ class Library:
     def _unclashing(
         self, section: _Section, file: Loaded, own: Definitions
     ) -> Iterator[tuple[str, Any, YamlNode]]:
-        """The definitions of a section whose names are free; others are reported.
+        """Yield the definitions of a section whose names are free; others are reported.
 
         A description has them again each time that it is used. Where the allowance for that is used
         up, there are none, and the names of the section are broken.
@@ -295,12 +298,12 @@ def _parts(definition: object) -> int:
 
 
 def constant_scope(definitions: Definitions) -> Scope:
-    """What a constant may name: earlier constants, operators, enum members and files."""
+    """The scope of a constant: earlier constants, operators, enum members and files."""
     makers = [maker for maker in definitions.types.values() if isinstance(maker, TypeMaker)]
     enums = (maker.enum() for maker in makers)
     return Scope(
         constants=definitions.declared,
-        enums=members_of(enum for enum in enums if isinstance(enum, Enum)),
+        enums=enums_by_member(enum for enum in enums if isinstance(enum, Enum)),
         files={name: known for name, (known, _) in definitions.files.items()},
         operators=definitions.operators,
         has_points=definitions.has_points,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.model.system import Published
-from specc.read import ANYWHERE, AllowedPaths, Document, read_file, specification
+from specc.read import ANYWHERE, AllowedPaths, Document, read_file, refuse_other_yaml
 from specc.resolve.context import Findings, YamlNode
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, desugar, shape
@@ -51,7 +51,7 @@ class Loader:
         return self._files[real]
 
     def set_values(self, values: Mapping[str, str]) -> dict[str, YamlNode]:
-        """Texts of the command line that stand in place of those of constants, by name."""
+        """Note the texts of the command line as a source; returns a node for each, by name."""
         if values:
             self.sources.add(on_command_line(values))
         return {name: YamlNode(SET, (name,), text) for name, text in values.items()}
@@ -88,7 +88,7 @@ class Loader:
         if len(self._files) >= MAX_FILES:
             self._refuse(f"more than {MAX_FILES} files are used", named_at)
             return None
-        document = specification(self.read(path, ROW_KEYS))
+        document = refuse_other_yaml(self.read(path, ROW_KEYS))
         self.sources.add(document.source)
         self._values += document.size
         if self._values > MAX_VALUES and named_at is not None:
@@ -129,7 +129,7 @@ class Loader:
 
 
 def _at_use(finding: Diagnostic, named_at: YamlNode | None) -> Diagnostic:
-    """A file that gives no text is best shown where it is named."""
+    """Move a finding about a file without text to the place where the file is named."""
     if named_at is None:
         return finding
     if finding.code in _WITHOUT_TEXT:

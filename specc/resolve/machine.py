@@ -77,7 +77,7 @@ class MachineResolver:
         self._events = {f"x.{peer}.{e.name}": (peer, e.name, e) for peer, e in inputs if e.event}
 
     def resolve(self) -> dict[str, Any]:
-        """The parts of a subsystem that make its machine, by their names in the model.
+        """Resolve the parts of a subsystem's machine; returns them by their names in the model.
 
         What has errors is unknown in it or left out, after reporting.
         """
@@ -116,7 +116,7 @@ class MachineResolver:
         self._findings.report(code, message, where.key, help=help_text)
 
     def _undeclared(self, kind: ConditionKind, name: str, where: YamlNode) -> Condition:
-        """A condition that the language has, or one of which nothing is known."""
+        """Make a condition of the language, or an unknown one after reporting."""
         fixed = _FIXED[kind]
         if name in fixed:
             return Condition(name, kind, fixed[name], "", Trace(), where.place)
@@ -198,7 +198,7 @@ class MachineResolver:
     def _used(
         self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
     ) -> Function | None:
-        """A function of a behaviour: one that is declared, or one that stands there."""
+        """Resolve a function of a behaviour, by name or inline."""
         known = self.definition.functions
         found = self._functions.get(used.function or "")
         if found is not None and used.function in known and not used.targets:
@@ -314,7 +314,7 @@ class MachineResolver:
 
 
 def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
-    """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
+    """Replace `otherwise` in rows: no other row of the state and cause applies."""
     found = []
     others = grouped(((r.source, r.cause), r.condition) for r in rows if not r.is_otherwise)
     for row in rows:
@@ -329,7 +329,7 @@ def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
 
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
-    """The condition that none of some holds."""
+    """The condition that none of these conditions holds."""
     return negation(junction("or", conditions))
 
 

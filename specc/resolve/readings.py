@@ -66,7 +66,7 @@ class Names(ast.NodeTransformer):
         self._uncertain = world.uncertain
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """`state(agent.subsystem)` and `present(value)` are values themselves."""
+        """Replace `state(agent.subsystem)` and `present(value)`, which are values themselves."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name not in ("state", "present") or len(node.args) != 1:
             self.generic_visit(node)
@@ -85,7 +85,7 @@ class Names(ast.NodeTransformer):
         )
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        """States of a subsystem stand beside `state(agent.subsystem)`."""
+        """Note states of a subsystem, which stand beside `state(agent.subsystem)`."""
         self._note_states(node)
         self.generic_visit(node)
         return node
@@ -159,14 +159,14 @@ class Names(ast.NodeTransformer):
                     raise self._unknown(what, over.id, self._groups, over, None, "E0201")
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
-        """The variable of a quantifier is no agent."""
+        """Hide the variable of a quantifier, which is no agent."""
         targets = (part.target for part in node.generators)
         self._others |= {target.id for target in targets if isinstance(target, ast.Name)}
         self.generic_visit(node)
         return node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        """A value of a subsystem or device; components and fields of it stay as they are."""
+        """Replace a value of a subsystem or device; its components and fields stay."""
         steps = self._path(node)
         self._refuse_unknown(steps, node)
         if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):

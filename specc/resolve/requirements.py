@@ -39,7 +39,7 @@ from specc.model.requirement import (
     horizon_s,
     span_of,
 )
-from specc.model.requirement import expressions as expressions_in
+from specc.model.requirement import expressions_in as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.resolve.context import Findings, Meaning, Use, YamlNode
@@ -69,7 +69,7 @@ class Lets:
     def define(
         self, items: Mapping[str, FormulaLetDef], where: YamlNode, findings: Findings, read: ReadLet
     ) -> None:
-        """Read them, each after those that it names."""
+        """Resolve lets in order of dependence."""
         for name in items:
             self.places[name] = where[name].key
         for name in self._ordered(items, where, findings):
@@ -85,7 +85,7 @@ class Lets:
                     findings.expression_error(at, error)
 
     def written_out(self, tree: ast.expr, uses: dict[Offsets, Place] | None = None) -> ast.expr:
-        """A formula with the text of each name in its place; `uses` gets these names.
+        """Replace each name in a formula by its text; `uses` gets these names.
 
         Raises:
             ExprError: a name has errors, means something else there, or too much is written out.
@@ -133,7 +133,7 @@ class Lets:
 
 
 class _Writer(ast.NodeTransformer):
-    """Writes what names stand for in their place, where no variable of a quantifier has one."""
+    """Replaces names by the texts that they stand for, unless a variable hides them."""
 
     def __init__(
         self,
@@ -156,7 +156,7 @@ class _Writer(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """A name that stands for something."""
+        """Replace a name that stands for something."""
         if node.id in self._bound or node.id not in self._trees:
             return node
         self._uses[span(node)] = self._places[node.id]
@@ -184,7 +184,7 @@ class FormulaResolver:
     def requirements(
         self, definitions: Sequence[RequirementDef], where: YamlNode
     ) -> tuple[Requirement, ...]:
-        """The requirements without errors; errors in others are reported."""
+        """Resolve requirements; returns those without errors and reports the others."""
         findings, first = self.expressions.findings, dict[str, YamlNode]()
         for item, at in [(item, where[i]["name"]) for i, item in enumerate(definitions)]:
             if item.name is not None and first.setdefault(item.name, at) is not at:
@@ -237,7 +237,7 @@ class FormulaResolver:
     def requirement(
         self, text: str, because: str, at: YamlNode, name: str = ""
     ) -> Requirement | None:
-        """The requirement of a text; None after reporting an error."""
+        """Resolve a requirement; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._read(reader, at, reader.requirement)
         if not isinstance(found, TickCondition | BoolOp | Temporal):
@@ -264,7 +264,7 @@ class FormulaResolver:
         at: YamlNode,
         read: Callable[[], TemporalFormula | Expr],
     ) -> TemporalFormula | Expr | None:
-        """What a text means, noted for editors; None after reporting."""
+        """Read a text and note its meaning for editors; None after reporting."""
         found, expr = None, None
         try:
             found = read()

@@ -288,7 +288,7 @@ def _uses(where: YamlNode, name: str, types: Collection[str]) -> Iterator[YamlNo
 
 
 def _closed(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
-    """An argument without names that mean something else, or nothing, where it is used.
+    """The argument, with constants inlined if their names have another meaning where it is used.
 
     What an agent is given goes on into its subsystems, so it keeps no names at all.
     """

@@ -42,7 +42,7 @@ def resolve_task(
     given: SetValues,
     condition: ReadFormula,
 ) -> Task:
-    """The task with its disturbances; unknown names in it are reported.
+    """Resolve the task with its disturbances; unknown names in it are reported.
 
     What is not in a subsystem that is `broken` may be missing only because of its errors.
     """
@@ -104,7 +104,7 @@ def _look_up(
 def _report_no_row(
     subsystem: Subsystem, definition: TaskDef, at: YamlNode, findings: Findings
 ) -> None:
-    """E0514; a state without any row that can end is not finished, which is said of it."""
+    """Report E0514; a state without any row that can end is reported as unfinished."""
     source, target = definition.cycle.source, definition.cycle.target
     targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
     when = subsystem.state(source).behaviour.terminal.when
@@ -143,7 +143,7 @@ def _starts(
 
 
 def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
-    """A number that is drawn, with what it is of; None after reporting."""
+    """Resolve a number that is drawn, with its unit; None after reporting."""
     findings, texts = expressions.findings, list(_texts(item, at))
     if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
@@ -204,7 +204,7 @@ class _DisturbanceReader:
     expressions: Expressions
 
     def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
-        """One of them; None after reporting."""
+        """The resolved disturbance, or None after reporting."""
         diagnostics = self.expressions.findings.diagnostics
         before = len(diagnostics)
         found = Disturbance(
@@ -214,14 +214,14 @@ class _DisturbanceReader:
             self._time("every", item.every, at),
             self._probability(item.probability, at),
             self._time("lasts", item.lasts, at),
-            tuple(self._deeds(item, at)),
+            tuple(self._actions(item, at)),
             at.place,
         )
         self._refuse_idle(found, item, at)
         return found if len(diagnostics) == before else None
 
     def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
-        """Report one that never begins, does nothing or has a time for nothing."""
+        """Report a disturbance that never begins, does nothing or has a useless duration."""
         has_duration = any(verb.has_duration for verb, _ in found.actions_on())
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
@@ -255,8 +255,8 @@ class _DisturbanceReader:
             self._report(at, *wrong)
         return found
 
-    def _deeds(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
-        """What it does, verb by verb."""
+    def _actions(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
+        """The actions of a disturbance, verb by verb."""
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
             for index, name in enumerate(given if verb.numbers == "none" else ()):
@@ -296,7 +296,7 @@ class _DisturbanceReader:
     ) -> Draw | None:
         """A number in the wanted unit, if there is one; None after reporting."""
         found = None if item is None else draw_of(name, item, at, self.expressions)
-        if found is not None and wanted is not None and (unit := found.invalid_unit(wanted)):
+        if found is not None and wanted is not None and (unit := found.first_other_unit(wanted)):
             way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
             if wanted == DIMENSIONLESS:
                 way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
@@ -308,7 +308,7 @@ class _DisturbanceReader:
 
 
 def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
-    """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
+    """Why no action can follow a formula at once, and a help text; None if one can."""
     if trigger.holds_always:
         return f"{what} cannot {does} when something holds always", "leave out `always`"
     if has_future(trigger.formula):

@@ -19,7 +19,7 @@ from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
 from specc.resolve.context import Findings, Meaning, TypeText, Use, YamlNode
 from specc.schema import SpecFile
-from specc.schema.places import split
+from specc.schema.places import split_at_part
 from specc.schema.subsystem import TransitionDef
 from specc.source import Place
 
@@ -95,7 +95,7 @@ _VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
 
 
 def uses_in(meaning: Meaning) -> Iterator[Use]:
-    """The names in an expression; in one that has errors, the names whose spelling is enough."""
+    """Yield the names in an expression; with errors, only those whose spelling is enough."""
     text = _Text(meaning)
     return text.guessed() if meaning.expr is None else text.named(meaning.expr, {})
 
@@ -200,7 +200,7 @@ class _Text:
 
     def _buffer(self, peer: str) -> Place:
         where = self.meaning.where
-        return Place(where.file, (*split(where.route)[0], "x", peer), "key")
+        return Place(where.file, (*split_at_part(where.route)[0], "x", peer), "key")
 
 
 _KINDS = {

@@ -48,7 +48,7 @@ class SingleItem(list[Any]):
 
 
 def route_below(value: object, key: str | int, route: Route) -> Route:
-    """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
+    """The route of the value at `key` of a mapping or list, which stands at `route` itself."""
     routes = value.routes if isinstance(value, (Desugared, SingleItem)) else {}
     return routes.get(key, (*route, key))
 
@@ -59,7 +59,7 @@ def desugar(
     """The data of a part at `route` written in full, and what is wrong with each `for` in it."""
     desugaring = _Desugaring(file)
     try:
-        full = desugaring.value(SchemaNode(model), data, route, {})
+        full = desugaring.desugared(SchemaNode(model), data, route, {})
     except _TooManyError as error:
         message, at = error.args
         desugaring.report("E0017", message, at, _FEWER)
@@ -68,7 +68,7 @@ def desugar(
 
 
 def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
-    """The mapping or the list that a short form or a row stands for; any other value as it is."""
+    """Expand a short form or a row to the mapping or list that it stands for."""
     if isinstance(kind, ListKind) and type(value) in kind.form.single:
         return SingleItem(value, route)
     if not is_model(kind):
@@ -106,38 +106,38 @@ class _Desugaring:
     values: int = 0
     has_copies: bool = False
 
-    def value(self, here: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
-        """What a value becomes for the values of the indices around it."""
+    def desugared(self, node: SchemaNode, value: Any, route: Route, indices: Indices) -> Any:
+        """The value with short forms and `for` written out, under the given indices."""
         self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
         if self.has_copies and self.values > MAX_VALUES:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
-        value = _in_full(here.kind, value, route)
+        value = _in_full(node.kind, value, route)
         if isinstance(value, dict):
-            return self._mapping(here, value, route, indices)
+            return self._mapping(node, value, route, indices)
         if isinstance(value, SingleItem):
-            return SingleItem(self.value(here.below(0), value[0], route, indices), route)
+            return SingleItem(self.desugared(node.below(0), value[0], route, indices), route)
         if isinstance(value, list):
             for index, one in enumerate(value):
-                if isinstance(one, dict) and FOR in one and here.below(index).has_key(FOR):
+                if isinstance(one, dict) and FOR in one and node.below(index).has_key(FOR):
                     words = "an item of a list has no name, so there is nothing for `for` to count"
                     at = (*route, index, FOR)
                     self.report("E0108", words, at, "write `for` below a name", is_key=True)
             items = enumerate(value)
-            return [self.value(here.below(i), one, (*route, i), indices) for i, one in items]
+            return [self.desugared(node.below(i), one, (*route, i), indices) for i, one in items]
         if isinstance(value, str) and indices:
-            kind = here.kind
+            kind = node.kind
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
     def _mapping(
-        self, here: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
+        self, node: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
     ) -> Any:
         copied: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
-            inner = here.below(key)
+            inner = node.below(key)
             at = route_below(value, key, route)
             kind = inner.kind
             is_single = isinstance(kind, ListKind) and type(one) in kind.form.single
@@ -151,7 +151,7 @@ class _Desugaring:
                 copies = self._copies(inner, str(key), one, at, indices)
             else:
                 name = self._name(key, indices, at) if indices and inner.is_chosen else key
-                copies = iter([(name, self.value(inner, one, at, indices))])
+                copies = iter([(name, self.desugared(inner, one, at, indices))])
             for name, copy in copies:
                 if name in copied and not _BRACES.search(str(name)):
                     help = "let the name have all indices in braces, or choose another one"
@@ -162,9 +162,9 @@ class _Desugaring:
         return Desugared(copied, routes) if routes else copied
 
     def _copies(
-        self, here: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
+        self, node: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
     ) -> Iterator[tuple[str, Any]]:
-        """Name and value of each copy of a part; without braces, the indices end the name."""
+        """Yield name and value of each copy of a part; without braces, indices are appended."""
         self.has_copies = True
         ranges = self._ranges(value[FOR], (*at, FOR), around)
         if ranges is None:
@@ -180,7 +180,7 @@ class _Desugaring:
                 words = f"`{copy}` is no name: an index in it is negative"
                 self.report("E0108", words, (*at, FOR), _NO_NEGATIVE)
                 return
-            yield copy, self.value(here, {**value, FOR: own}, at, indices)
+            yield copy, self.desugared(node, {**value, FOR: own}, at, indices)
 
     def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
         """The values of each index, or None after reporting."""
@@ -229,11 +229,11 @@ class _Desugaring:
     def _substituted(
         self, text: str, indices: Indices, route: Route, padded: bool = False, is_key: bool = False
     ) -> str:
-        """A text with the values of braces that name indices and nothing else.
+        """The text with each `{...}` that is arithmetic on indices replaced by its value.
 
-        Where it is `padded`, blanks behind the word fill the room that the braces had.
+        If `padded`, blanks after the word keep later columns in place.
         """
-        done, end, blanks = "", 0, 0
+        written, end, missing_blanks = "", 0, 0
         padded = padded and '"' not in text and "'" not in text
         for braces in _BRACES.finditer(text):
             try:
@@ -243,12 +243,14 @@ class _Desugaring:
                 number = None
             if number is None:
                 continue
-            between, blanks = _padded(text[end : braces.start()], blanks, is_last=False)
-            done, end = f"{done}{between}{number}", braces.end()
-            blanks += len(braces[0]) - len(str(number)) if padded else 0
+            between, missing_blanks = _padded(
+                text[end : braces.start()], missing_blanks, is_last=False
+            )
+            written, end = f"{written}{between}{number}", braces.end()
+            missing_blanks += len(braces[0]) - len(str(number)) if padded else 0
         if end == len(text):
-            return done
-        return done + _padded(text[end:], blanks, is_last=True)[0]
+            return written
+        return written + _padded(text[end:], missing_blanks, is_last=True)[0]
 
     def report(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
         """Report a fault."""
@@ -261,7 +263,10 @@ _WORD = re.compile(r"\A\w*")
 
 
 def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
-    """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
+    """Insert `room` blanks after the word with which a text begins.
+
+    Returns the text and the blanks not yet inserted.
+    """
     end = len(text) - len(_WORD.sub("", text, count=1))
     if room <= 0 or (end == len(text) and not is_last):
         return text, room

@@ -56,7 +56,7 @@ Fault = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
+    """What a text means; a `name` refers to a symbol of `kind` in its subsystem."""
 
     form: RoleForm
     kind: SymbolKind | None = None
@@ -67,7 +67,7 @@ class Role:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Text.
+    """A kind of text values.
 
     `scalars`: a number or a truth value is accepted and becomes text; `quantity`: it is too, so
     that its missing unit is reported later. `filled` text is not empty. `fault` finds what else is
@@ -304,7 +304,7 @@ def _key(attribute: str, field: FieldInfo) -> Key:
 
 
 def about(kind: ValueKind) -> str:
-    """What is known of all values of a kind, in words."""
+    """A description of all values of a kind."""
     if isinstance(kind, Text):
         return kind.about
     return " ".join((kind.__doc__ or "").split()) if is_model(kind) else ""
@@ -324,7 +324,7 @@ _ANOTHER = "choose another name"
 _FORM = "write `package.module:name`"
 
 
-def _of_name(value: str) -> Fault | None:
+def _name_fault(value: str) -> Fault | None:
     # Expressions read some letters as others; a name is written as it is read.
     if value.isidentifier() and unicodedata.normalize("NFKC", value) == value:
         return None
@@ -333,20 +333,20 @@ def _of_name(value: str) -> Fault | None:
     return "is not a valid name", f"{_LETTERS}, e.g. `{valid}`" if plain else _LETTERS
 
 
-def _of_readable_name(value: str) -> Fault | None:
+def _readable_name_fault(value: str) -> Fault | None:
     if keyword.iskeyword(value):
         return "is a word of the expression language", f"{_ANOTHER}, e.g. `{value}_`"
-    return _of_name(value)
+    return _name_fault(value)
 
 
-def _of_field_name(value: str) -> Fault | None:
+def _field_name_fault(value: str) -> Fault | None:
     private = "begins with two underscores, which makes it private in Python"
     if value.startswith("__") and value.isidentifier():
         return private, f"{_ANOTHER}, e.g. `own{value[1:]}`"
-    return _of_readable_name(value)
+    return _readable_name_fault(value)
 
 
-def _of_path(value: str) -> Fault | None:
+def _path_fault(value: str) -> Fault | None:
     if not re.fullmatch(PYTHON_PATH.rstrip("$"), value):
         return "does not have the form `package.module:name`", _FORM
     if any(map(keyword.iskeyword, re.split("[.:]", value))):
@@ -358,7 +358,7 @@ _TOKENS = re.compile(r"[~/]?[A-Za-z_]\w*(/[A-Za-z_]\w*)*|~/[A-Za-z_]\w*(/[A-Za-z
 
 
 def topic_fault(value: str) -> Fault | None:
-    """Why a text is no name of a topic or an action, and a way out."""
+    """Why a text is not a name of a topic or an action, and a help text."""
     # What rcl takes, but for substitutions: validate_topic_name.c of ROS 2.
     if _TOKENS.fullmatch(value) and "__" not in value and not value.endswith("_"):
         return None
@@ -368,29 +368,29 @@ def topic_fault(value: str) -> Fault | None:
     )
 
 
-def _of_node(value: str) -> Fault | None:
+def _node_fault(value: str) -> Fault | None:
     return None if "~" not in value and not topic_fault(value) else topic_fault("")
 
 
 def message_fault(value: str) -> Fault | None:
-    """Why a text is no type of messages or of an action, and a way out."""
+    """Why a text is not a type of messages or of an action, and a help text."""
     if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action)/)?[A-Z][A-Za-z0-9]*", value):
         return None
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 
 
 def _quantity(about: str, *examples: str) -> Text:
-    """A number with its unit."""
+    """A text kind for a number with its unit."""
     return Text(about=about, quantity=True, examples=examples)
 
 
 _EXPRESSION = "An expression, e.g. `near(d_c, d_m, 0.001[m])`."
 
-Name = Annotated[str, Text(fault=_of_name)]
+Name = Annotated[str, Text(fault=_name_fault)]
 """Letters, digits and `_`, not beginning with a digit."""
-ReadableName = Annotated[str, Text(fault=_of_readable_name)]
+ReadableName = Annotated[str, Text(fault=_readable_name_fault)]
 """A name that can stand in an expression."""
-FieldName = Annotated[str, Text(fault=_of_field_name)]
+FieldName = Annotated[str, Text(fault=_field_name_fault)]
 """A name that can stand behind a point, in expressions and in Python."""
 
 ConstantText = Annotated[str, Text(Role("constant"), _EXPRESSION, scalars=True)]
@@ -458,7 +458,7 @@ WaitText = Annotated[
     ),
 ]
 TopicName = Annotated[str, Text(fault=topic_fault, examples=("/joint_states", "~/state"))]
-NodeName = Annotated[str, Text(fault=_of_node)]
+NodeName = Annotated[str, Text(fault=_node_fault)]
 MessageName = Annotated[
     str,
     Text(
@@ -468,7 +468,7 @@ MessageName = Annotated[
 ]
 PythonPath = Annotated[
     str,
-    Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_of_path),
+    Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_path_fault),
 ]
 FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]

@@ -37,7 +37,7 @@ class SchemaNode:
     is_chosen: bool = False
 
     def below(self, step: str | int) -> SchemaNode:
-        """What stands one step below."""
+        """The node one step below."""
         kind = self.kind
         if is_model(kind):
             name = str(step)
@@ -80,17 +80,17 @@ TRACED = tuple(Traced.keys)
 
 
 def walk(route: Route) -> Iterator[SchemaNode]:
-    """What stands at each step of a route."""
+    """Yield the schema node at each step of a route."""
     return accumulate(route, SchemaNode.below, initial=FILE)
 
 
-def at(route: Route) -> SchemaNode:
-    """What stands at a route."""
+def node_at(route: Route) -> SchemaNode:
+    """The schema node at a route."""
     return reduce(SchemaNode.below, route, FILE)
 
 
-def split(route: Route) -> tuple[Route, Route]:
-    """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
+def split_at_part(route: Route) -> tuple[Route, Route]:
+    """Split a route into its subsystem or device, empty for none, and the rest."""
     for size, here in enumerate(walk(route)):
         if here.kind in (SubsystemDef, DeviceDef):
             return route[:size], route[size:]
@@ -99,17 +99,17 @@ def split(route: Route) -> tuple[Route, Route]:
 
 def is_device(owner: Route) -> bool:
     """Whether the part at a route is a real effector or receptor."""
-    return at(owner).kind is DeviceDef
+    return node_at(owner).kind is DeviceDef
 
 
 def defined_by(route: Route) -> SymbolKind | None:
     """The kind of symbol that the key at the end of a route defines."""
-    return at(route).defines
+    return node_at(route).defines
 
 
 def role_of(route: Route) -> Role | None:
     """What the value at a route is; rows of a table may be lists or mappings."""
-    kind = at(route).scalar_form.kind
+    kind = node_at(route).scalar_form.kind
     return kind.role if isinstance(kind, Text) else None
 
 
@@ -120,7 +120,7 @@ def names_used_file(route: Route) -> bool:
 
 def keys_at(route: Route) -> dict[str, str]:
     """The keys of the mapping at a route, with their descriptions: those first that it needs."""
-    kind = at(route).kind
+    kind = node_at(route).kind
     found = [key for key in kind.keys.values() if key.name != OTHERS] if is_model(kind) else []
     found.sort(key=lambda key: (not key.needed, key.name in TRACED))
     return {key.name: key.about for key in found}
@@ -128,6 +128,6 @@ def keys_at(route: Route) -> dict[str, str]:
 
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
-    kind = at(route).scalar_form.kind
+    kind = node_at(route).scalar_form.kind
     values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

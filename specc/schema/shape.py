@@ -54,7 +54,7 @@ _VERSION: Route = ("specc",)
 
 
 def shape(model: type[M], data: object, file: str) -> tuple[M | None, list[Diagnostic]]:
-    """A mapping made of data, or None and what is wrong with their shape."""
+    """Validate data as a model; returns None and the findings if their shape is wrong."""
     try:
         return model.model_validate(data), []
     except ValidationError as error:
@@ -203,12 +203,12 @@ class _Translation:
             self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
     def _mismatch(self, expected: str, value: Any, route: Route, help: str = "") -> None:
-        """Report a value of another kind than expected."""
+        """Report a value of a kind other than expected."""
         words = f"{_name(route)}expected {expected}, found {_kind_of(value)}"
         self._report("E0103", words, route, help or _way_to(expected, value))
 
     def _refuse(self, words: str, help: str, route: Route) -> None:
-        """Report a value of the right kind that is not right."""
+        """Report a value of the expected kind that is not accepted."""
         self._report("E0104", words, route, help)
 
     def _report(
@@ -222,7 +222,7 @@ class _Translation:
 
 
 def _kind_of(value: Any) -> str:
-    """Words for what stands in the file."""
+    """The kind of a value of the file, in words."""
     for kind, words in _FOUND:
         if isinstance(value, kind):
             return words.format(value=str(value).lower() if kind is bool else value)
@@ -230,7 +230,7 @@ def _kind_of(value: Any) -> str:
 
 
 def _way_to(expected: str, value: Any) -> str:
-    """How a value of the expected kind is written; `value` stands there now."""
+    """A help text on how to write a value of the expected kind in place of `value`."""
     if value is None:
         return "write what belongs here, or delete the key"
     if expected == "text" and isinstance(value, (bool, int, float)):

@@ -11,7 +11,7 @@ from specc.lang import show
 from specc.lang.kinds import kind
 from specc.lang.values import Fields, Value
 from specc.model import expr as m
-from specc.model.expr import InDependenceOrder
+from specc.model.expr import LazyByDependence
 from specc.model.types import (
     Bool,
     Pose,
@@ -32,7 +32,7 @@ def leaves(exprs: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 
     Of a record its field; arguments of an operator do not count, its result does.
     """
-    of_lets = InDependenceOrder(
+    of_lets = LazyByDependence(
         lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets)))
     )
     return iter(dict.fromkeys(leaf for expr in exprs for leaf in _leaves(expr, of_lets)))

@@ -10,7 +10,7 @@ from specc.lang import Environment, evaluate
 from specc.lang.kinds import first_value
 from specc.lang.values import Value, is_close
 from specc.model import expr as m
-from specc.model.expr import Expr, InDependenceOrder, negation
+from specc.model.expr import Expr, LazyByDependence, negation
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Pose, Real
 from specc.proof.verdict import InputName
@@ -77,7 +77,7 @@ NO_VALUE = (
 """What evaluating an expression raises that has no value: a root of -1, a part of None."""
 
 
-class LazyValues(InDependenceOrder[Value]):
+class LazyValues(LazyByDependence[Value]):
     """Values by name, computed when they are first asked for; asking for one may raise NO_VALUE."""
 
     def __init__(self, named: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:

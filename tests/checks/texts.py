@@ -10,8 +10,8 @@ from specc.lang import (
     Scope,
     TypeNames,
     declarations,
+    enums_by_member,
     expression,
-    members_of,
     parse_signature,
     parse_type,
 )
@@ -48,7 +48,7 @@ def _operator(name: str, signature: str) -> Operator:
 
 SCOPE = Scope(
     memory=declarations({name: parse_type(text, NAMES) for name, text in TYPES.items()}),
-    enums=members_of([MODE]),
+    enums=enums_by_member([MODE]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
     inputs=declarations({("s", name): Int() for name in "ij"}),
     allow_clock=True,

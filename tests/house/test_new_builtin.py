@@ -17,7 +17,7 @@ ROW = """\
         value=math.trunc,
         python="math",
         is_foldable=True,
-        range=_rising(math.trunc),
+        range=_increasing(math.trunc),
         term=lambda of, a: of.choice(a < 0, -of.floor(-a), of.floor(a)),
         inverse=_from_whole,
     ),

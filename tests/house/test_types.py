@@ -30,7 +30,7 @@ OTHER_CHOICES = {
         "lang/types.py": {"TypeReader._element", "TypeReader._partial_base"},
     },
     "what differs between two types of one text, or two versions of a type": {
-        "checks/structure.py": {"_inside"},
+        "checks/structure.py": {"_type_details"},
         "tools/diff/equivalence.py": {"_type_parts", "type_text"},
     },
 }

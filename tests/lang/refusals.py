@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from specc.lang import ExprErrors, Scope, expression, members_of, parse_type
+from specc.lang import ExprErrors, Scope, enums_by_member, expression, parse_type
 from specc.model.types import Enum
 from tests.strategies import FINGERS, MODE, NAMES, SCOPE
 
 FILE = Path(__file__).with_name("rejected.txt")
 GEAR = Enum("Gear", ("u", "high"))
-SCOPE_OF_TABLE: Scope = replace(SCOPE, enums=members_of([MODE, FINGERS, GEAR]), files=("arm",))
+SCOPE_OF_TABLE: Scope = replace(SCOPE, enums=enums_by_member([MODE, FINGERS, GEAR]), files=("arm",))
 _EXPECTED = " : "
 
 

@@ -14,8 +14,8 @@ from specc.lang import (
     Scope,
     TypeNames,
     declarations,
+    enums_by_member,
     expression,
-    members_of,
     parse_signature,
     parse_type,
 )
@@ -123,7 +123,7 @@ class Spec:
             memory=declarations({n: self.type(t) for n, (t, _) in self._memory.items()}),
             lets=declarations(self._let_types),
             constants=declarations({n: self.type(t) for n, (t, _) in self._constants.items()}),
-            enums=members_of([MODE]),
+            enums=enums_by_member([MODE]),
             operators=self.operators,
             inputs=declarations(self.x),
             allow_clock=True,

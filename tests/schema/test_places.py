@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from specc.reachable import reachable
 from specc.schema.files import SpecFile
 from specc.schema.keys import OTHERS, ListKind, MappingKind, SpecModel, ValueKind, is_model, layout
-from specc.schema.places import at, defined_by, keys_at, role_of, split, values_at
+from specc.schema.places import defined_by, keys_at, node_at, role_of, split_at_part, values_at
 
 
 def parts_in(kind: ValueKind) -> Iterator[type[SpecModel]]:
@@ -59,13 +59,13 @@ def test_names_define_what_they_stand_for() -> None:
 
 def test_a_route_is_split_at_its_subsystem_or_device() -> None:
     route = ("agents", "a", "real_receptors", "k", "y", "image")
-    assert split(route) == (route[:4], ("y", "image"))
-    assert split(("types", "T")) == ((), ("types", "T"))
+    assert split_at_part(route) == (route[:4], ("y", "image"))
+    assert split_at_part(("types", "T")) == ((), ("types", "T"))
 
 
 def test_beyond_the_schema_nothing_is_known() -> None:
     for route in [("bogus",), ("title", "x"), ("agents", "a", "bogus", 1), ("use", "x", "y")]:
-        assert at(route).kind is None
+        assert node_at(route).kind is None
         assert (defined_by(route), role_of(route)) == (None, None)
         assert (keys_at(route), values_at(route)) == ({}, [])
 

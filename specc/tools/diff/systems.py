@@ -444,7 +444,7 @@ def _aspects(
         found["when"] = form, disturbance.when.that, disturbance.when.names
     draws = [
         ("", disturbance.times),
-        *((f"{deed.verb} ", deed.numbers) for deed in disturbance.actions),
+        *((f"{action.verb} ", action.numbers) for action in disturbance.actions),
     ]
     return found | {f"{verb}{d.name}": _draw(d) for verb, numbers in draws for d in numbers}
 

@@ -143,7 +143,7 @@ class Abstraction:
         required = list(requirements)
         for reading in (each for requirement in required for each in requirement.readings):
             self._track_reading(reading)
-        atoms = [atom for requirement in required for atom in r.expressions(requirement.formula)]
+        atoms = [atom for requirement in required for atom in r.expressions_in(requirement.formula)]
         self._atoms = tuple(atoms)
 
     @cached_property

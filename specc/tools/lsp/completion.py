@@ -18,7 +18,14 @@ from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
 from specc.resources import LIBRARY, library_parts
 from specc.schema.keys import Role, RoleForm, SymbolKind
-from specc.schema.places import defined_by, keys_at, names_used_file, role_of, split, values_at
+from specc.schema.places import (
+    defined_by,
+    keys_at,
+    names_used_file,
+    role_of,
+    split_at_part,
+    values_at,
+)
 from specc.source import Place, Route, beside
 from specc.tools.lsp.cursor import TextCursor, cursors, outside_brackets
 from specc.tools.lsp.describe import describe_symbol
@@ -78,7 +85,7 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
         suffix = ": " if cursor.is_key and not text[offset:].lstrip(" ").startswith(":") else ""
         proposed = _of_schema(cursor)
         if index is not None:
-            known = _Proposals(index, path, split(cursor.route)[0])
+            known = _Proposals(index, path, split_at_part(cursor.route)[0])
             named = known.keys(cursor) if cursor.is_key else known.values(cursor, role)
             proposed = (*named, *proposed) if cursor.is_key else (*proposed, *named)
         for item in proposed:
@@ -121,7 +128,7 @@ class _Proposals:
 
     def keys(self, cursor: TextCursor) -> Iterator[Completion]:
         """Keys that are names: targets of functions, elements of the other end, parameters."""
-        index, rest = self.index, split(cursor.route)[1]
+        index, rest = self.index, split_at_part(cursor.route)[1]
         match rest:
             case ("functions", _) | ("through",):
                 yield from self._visible("memory")

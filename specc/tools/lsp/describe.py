@@ -16,7 +16,7 @@ from specc.model.fsm import Trace
 from specc.model.types import Type
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
-from specc.schema.places import keys_at, split
+from specc.schema.places import keys_at, split_at_part
 from specc.source import Place, Route, TextNode
 from specc.tools.lsp.index import Index, Symbol
 
@@ -193,7 +193,7 @@ def describe_key(route: Route) -> str:
 
 def describe_cause(index: Index, path: str, route: Route, node: TextNode) -> str:
     """What ends the behaviour of the state of a row by a cause; empty if the value is no cause."""
-    owner, rest = split(route)
+    owner, rest = split_at_part(route)
     cause, subsystem = node.scalar, index.node(path, owner)
     is_cause = len(rest) == 3 and rest[0] == "transitions" and rest[2] in (1, "cause")
     if not is_cause or cause not in ("terminal", "error") or subsystem is None:

@@ -20,7 +20,7 @@ from specc.reachable import reachable
 from specc.resolve.context import Findings, Meaning, Use
 from specc.resolve.uses import uses_in, uses_in_type
 from specc.schema.keys import SymbolKind
-from specc.schema.places import defined_by, is_device, split
+from specc.schema.places import defined_by, is_device, split_at_part
 from specc.source import Place, Route, SourceFile, Sources, TextNode, beside
 
 # The symbols of one file, known from its text.
@@ -89,7 +89,7 @@ def collect(source: SourceFile) -> FileSymbols:
 
 
 def _symbol(kind: SymbolKind, route: Route, path: str) -> Symbol:
-    owner, rest = split(route)
+    owner, rest = split_at_part(route)
     name, place = str(route[-1]), Place(path, route, "key")
     match kind:
         case "subsystem" | "device":
@@ -205,7 +205,7 @@ class Index:
 
     def _share(self, here: Place, element: Symbol) -> None:
         """Let a buffer have an element of its interface, as if it stood there."""
-        owner, rest = split(here.route)
+        owner, rest = split_at_part(here.route)
         if here.file in self.files:
             name = ".".join(map(str, rest))
             known = self.files[here.file].by_owner.setdefault(owner, {})
@@ -337,7 +337,7 @@ class Index:
                 symbol = self.symbol_at(self._peers.get(key, key))
             else:
                 name = (source.scalar(use.of) or "")[use.of.start : use.of.end]
-                own = Symbol("variable", name, use.of, split(use.of.route)[0], name)
+                own = Symbol("variable", name, use.of, split_at_part(use.of.route)[0], name)
                 symbol = variables.setdefault(use.of, own)
                 symbol.type = symbol.type or use.type
             if symbol is not None:
@@ -363,7 +363,7 @@ class Index:
     def _keys(self, source: SourceFile) -> Iterator[_Name]:
         """What the model knows of keys: the ends of buffers, and parts of `irp.E.m.c_d`."""
         for route, key, _ in source.nodes:
-            match split(route)[1] if key else ():
+            match split_at_part(route)[1] if key else ():
                 case ("x" | "y", str()):
                     symbol = self.symbol_at(self._peers.get((source.path, route)))
                     if symbol is not None:

@@ -14,7 +14,7 @@ from specc.reachable import grouped
 from specc.resolve.uses import names_in
 from specc.resources import is_library_part
 from specc.schema.keys import RoleForm, SymbolKind
-from specc.schema.places import role_of, split
+from specc.schema.places import role_of, split_at_part
 from specc.tools.lsp.completion import PARAMETER_TYPES
 from specc.tools.lsp.index import Index, Symbol
 from specc.tools.lsp.project import FileEdit, Project
@@ -199,7 +199,7 @@ def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator
         text = index.text(path)
         if project.source(path).text != text:
             raise RenameError("correct the errors in the file first: it is not fully understood")
-        for other in index.visible(path, split(occurrence.place.route)[0]):
+        for other in index.visible(path, split_at_part(occurrence.place.route)[0]):
             if other.name == new and _same_namespace(symbol, other):
                 raise _clash(index, other)
         start, end = occurrence.start, occurrence.end
@@ -215,7 +215,7 @@ def _check_understood(counterparts: list[tuple[Index, Symbol]]) -> None:
         owners = {end.owner for end in symbol.declarations}
         for source in index.sources:
             for route, _, node in source.nodes:
-                role, owner = role_of(route), split(route)[0]
+                role, owner = role_of(route), split_at_part(route)[0]
                 is_text = role and role.form in _EXPRESSIONS and (source.path, route) not in read
                 is_near = not owner or () in owners or owner in owners
                 if is_text and is_near and word.search(node.scalar or ""):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import accumulate
@@ -45,11 +45,6 @@ class Shift:
             self.blocks, self.blocks[1:], strict=False
         ):
             yield slice(old + size, old_end), slice(new + size, new_end)
-
-
-def _map_offset(offset: int, blocks: Iterable[tuple[int, int, int]]) -> int | None:
-    found = (there + offset - here for here, there, size in blocks if 0 <= offset - here <= size)
-    return next(found, None)
 
 
 def shift(old: str, new: str) -> Shift:

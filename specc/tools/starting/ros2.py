@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short
-from specc.diagnostics.nearest import common_prefix
+from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short_message_type
+from specc.diagnostics.nearest import common_prefix_length
 from specc.diagnostics.phrases import join_some
 from specc.lang import is_size
 from specc.model.units import METRE, RADIAN, SECOND
@@ -45,7 +45,7 @@ class Topic:
     @property
     def type(self) -> str:
         """`package/Type` of its messages."""
-        return short(self.types[0])
+        return short_message_type(self.types[0])
 
     @property
     def order(self) -> tuple[str, int, tuple[str, ...]]:
@@ -86,7 +86,9 @@ def graph_from(data: Mapping[str, Any]) -> RosGraph:
         for part in sorted(parts, key=lambda p: -len(p["message"].get("joints", ()))) or ({},):
             fields = {k: v for k, v in each.items() if k != "parts"}
             topics.append(Topic(**{**fields, **part}, is_part=len(parts) > 1))
-    actions = tuple((name, short(types[0])) for name, types in data["actions"] if len(types) == 1)
+    actions = tuple(
+        (name, short_message_type(types[0])) for name, types in data["actions"] if len(types) == 1
+    )
     return RosGraph(tuple(topics), actions, data["more"])
 
 
@@ -270,7 +272,7 @@ def arms(topics: Iterable[Topic]) -> Iterator[tuple[Topic, Topic, str, str]]:
     pairs = []
     for state in states.values():
         for name in commands:
-            levels = common_prefix(state.name.split("/")[:-1], name.split("/")[:-1])
+            levels = common_prefix_length(state.name.split("/")[:-1], name.split("/")[:-1])
             kinds = [n for n, (word, *_) in enumerate(_COMMANDS) if word in name]
             kind = kinds[0] if kinds else len(_COMMANDS) - 1
             pairs.append((-levels, -kind, name, state.order))
