@@ -18,7 +18,6 @@ from specc.diagnostics.visible import OutputFormat, sanitize, visible
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
-    from specc.diagnostics import Diagnostic
     from specc.pipeline import Result
 
 _REPORTS: tuple[OutputFormat, ...] = ("text", "json", "sarif", "github", "junit")
@@ -137,12 +136,9 @@ _UNREADABLE = frozenset(("E0001", "E0004", "E0005", "E0090", "E0091"))
 def exit_code(found: Report) -> int:
     """What a report stands for: 0 clean, 1 errors, 2 wrong usage or an unreadable file."""
     diagnostics = [finding.diagnostic for finding in found.findings]
-    if any(map(_is_usage_error, diagnostics)):
-        return USAGE_ERROR
-    is_dangling = any(each.code in DANGLING for each in diagnostics)
+    for each in diagnostics:
+        is_argument = each.primary.file in COMMAND_LINE and each.severity != "warning"
+        if is_argument or each.code in _UNREADABLE:
+            return USAGE_ERROR
+    is_dangling = any(one.code in DANGLING for one in diagnostics)
     return 1 if is_dangling or found.count("error") else 0
-
-
-def _is_usage_error(found: Diagnostic) -> bool:
-    is_argument = found.primary.file in COMMAND_LINE and found.severity != "warning"
-    return is_argument or found.code in _UNREADABLE

@@ -37,7 +37,13 @@ def run_witness(options: Namespace) -> int:
     _refuse_unknown(options, result.system)
     facts = result.proofs
     every = list(refutations(facts))
-    chosen = [item for item in every if _is_chosen(item, options)]
+    chosen = [
+        item
+        for item in every
+        if options.code in (None, item.code, item.code.lower())
+        and options.subsystem in (None, item.subsystem)
+        and options.state in (None, item.state)
+    ]
     if not chosen:
         message = _nothing_found(every, result)
         streams.print_message(f"specc: {options.spec}: {message}")
@@ -68,14 +74,6 @@ def _refuse_unknown(options: Namespace, system: System) -> None:
     ):
         if name is not None and not is_known:
             raise Refused(f"no {what} called {name!r}; {suggestion(name, known)}")
-
-
-def _is_chosen(item: Refutation, options: Namespace) -> bool:
-    return (
-        options.code in (None, item.code, item.code.lower())
-        and options.subsystem in (None, item.subsystem)
-        and options.state in (None, item.state)
-    )
 
 
 def _nothing_found(every: Sequence[Refutation], result: Result) -> str:

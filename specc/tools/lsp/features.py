@@ -267,15 +267,12 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
             first, last = source.offsets(diagnostic.primary)
             if diagnostic.primary.file == path and first <= end and start <= last:
                 for action in _actions(analysis, diagnostic):
-                    if all(_is_present(project, analysis, each.path) for each in action.changes):
+                    paths = (each.path for each in action.changes)
+                    texts = ((analysis.sources.get(path), project.source(path)) for path in paths)
+                    if all(one is not None and one.text == now.text for one, now in texts):
                         # The copies of one text have one repair.
                         found.setdefault((action.title, action.changes), action)
     return list(found.values())
-
-
-def _is_present(project: Project, analysis: Analysis, path: str) -> bool:
-    source = analysis.sources.get(path)
-    return source is not None and source.text == project.source(path).text
 
 
 def _actions(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
