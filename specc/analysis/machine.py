@@ -118,7 +118,7 @@ class Machine:
 
     @cached_property
     def suspicious(self) -> SuspiciousExpressions:
-        """Suspicious expressions."""
+        """The search for expressions that are well typed and probably not meant."""
         numbering = self.prover.numbering
         return SuspiciousExpressions(self.subsystem, self._constants, self.dependences, numbering)
 

@@ -195,7 +195,7 @@ def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
 def _conflicting_actions(
     one: Disturbance, other: Disturbance
 ) -> Iterator[tuple[DisturbanceAction, str, DisturbanceAction]]:
-    """Each action that the other disturbance undoes, and how, and the action that undoes it."""
+    """Yield each action that the other disturbance repeats or undoes, how, and by which action."""
     together, at_once = _overlap(one, other), _moment(one) == _moment(other)
     first, second = (
         {(action.verb, action.name): action for action in each.actions} for each in (one, other)

@@ -192,9 +192,10 @@ class _Relay:
         return bool(self._wires.measuring_device(name, key[0]))
 
     def _sources(self, state: State, output: InputName) -> InputNames:
-        """The inputs that an output depends on which stays the same in a state with the origin.
+        """The inputs that an output depends on in a state.
 
-        None if time, a new value, or a measured position changes it.
+        Empty unless the origin is one of them and the output stays the same as long as the origin
+        does: time, a new value or a measured position may change it otherwise.
         """
         assigned = {(a.peer, a.name): a.value for a in state.behaviour.assignments}
         pending = [assigned[output]] if output in assigned else []

@@ -370,7 +370,7 @@ def values_cross(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _process_values(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Type, Place]]:
-    """Yield values that a process exchanges: name, type and place of elements and memory."""
+    """Yield what a subsystem in a process of its own exchanges: names, types and places."""
     for port in subsystem.ports:
         for element in port.elements:
             name = f"{port.direction}.{port.peer}.{element.name}"

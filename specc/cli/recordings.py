@@ -278,7 +278,7 @@ def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | 
 def _package(
     spec: str, values: Mapping[str, str], texts: Mapping[str, str], built: Build, scratch: Path
 ) -> Path:
-    """Where the code of the recorded texts is. Raises Refused where there is none."""
+    """Compile the recorded texts into `scratch`; the folder of the code. Raises Refused."""
     from specc import pipeline
     from specc.lower.code import named_code
 

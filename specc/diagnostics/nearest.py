@@ -14,7 +14,7 @@ _LONG_ENOUGH = 4
 def nearest(name: str, known: Iterable[str]) -> list[str]:
     """The known names closest to `name`, best first, at most three; case does not count.
 
-    None once a run has made all the comparisons that it may make.
+    No names for a very long one, and once a run has made all the comparisons that it may make.
     """
     from difflib import get_close_matches  # most specifications have nothing misspelt
 

@@ -110,7 +110,7 @@ def _count(name: str, sources: Sources) -> int:
 
 
 def _definition(name: str, sources: Sources) -> Place | None:
-    """The first key that is a name; one right below `x` or `y` refers to a peer."""
+    """The first key that spells `name`; one right below `x` or `y` refers to a peer."""
     word = re.compile(_pattern(name))
     for source in sources:
         for route, *_ in source.nodes:

@@ -211,7 +211,7 @@ class Assets:
     def paths(self, base: str) -> Iterator[tuple[str, bool]]:
         """Yield the possible paths of files, and whether MuJoCo opens them.
 
-        `base` is the folder.
+        `base` is the folder of the model's text.
         """
         for tag, file, is_opened in sorted(self._files, key=lambda each: not each[2]):
             yield from ((path, is_opened) for path in self._possible_paths(base, tag, file))

@@ -85,7 +85,7 @@ def digits(text: str) -> int:
 
 
 def _whole(text: str) -> int:
-    """A whole number that is not negative, 0 for any other text."""
+    """A positive number, rounded down and cut at 1e18; 0 for any other text."""
     found = number(text)
     return int(min(found, 1e18)) if found is not None and found > 0 else 0
 

@@ -276,7 +276,7 @@ class Subsystem:
 
     @cached_property
     def exit_conditions(self) -> tuple[Condition, ...]:
-        """The conditions that lead from state to state; of those with one text the last."""
+        """The conditions that lead from state to state; of equal `when` objects the last."""
         behaviours = [state.behaviour for state in self.states]
         every = [condition for b in behaviours for condition in (b.terminal, b.error)]
         every += [row.condition for row in self.transitions]

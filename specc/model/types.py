@@ -290,6 +290,7 @@ class Record(_TypeBase):
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        """Compute once the extent (parts, levels), and the hash, which leaves `python` out."""
         object.__setattr__(
             self, "extent", _nested_extent(*(type_.extent for _, type_ in self.fields))
         )

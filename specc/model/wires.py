@@ -151,7 +151,7 @@ class Wires:
         return [wire for wire in self.wires_to(device, direction) if wire.port.element(element)]
 
     def owners(self, device: Device) -> list[Wire]:
-        """The subsystems that work with an effector or command a receptor, its namesake first."""
+        """A wire of each subsystem that uses an effector or commands a receptor, namesake first."""
         direction: Direction | None = None if device.kind == "real_effector" else "y"
         found: dict[str, Wire] = {}
         for wire in self.wires_to(device.qualified_name, direction):

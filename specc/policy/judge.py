@@ -48,8 +48,8 @@ def judge(
     """Apply ignore comments, then settings.
 
     Errors and open points always pass. A comment counts as used also if the settings would hold the
-    finding back too. While there are any, or if the users of a file are left open (it is not
-    complete), not everything has been checked, and no comment is called unused.
+    finding back too. While there are errors or open points, or if the users of a file are left
+    open (it is not complete), not everything has been checked, and no comment is called unused.
     """
     found = list(dict.fromkeys(diagnostics))
     ignores: list[tuple[SourceFile, Ignore]] = []

@@ -150,7 +150,7 @@ def clear_cache() -> None:
 
 
 def code_fault(code: str) -> str:
-    """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
+    """Why a text is neither a code nor the beginning of one; empty if it is."""
     if not code:
         return "a code is missing: an empty text would stand for all codes"
     if not any(known.startswith(code) for known in (*all_codes(), *MERGED)):

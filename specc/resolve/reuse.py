@@ -260,7 +260,7 @@ _SIZES = "write how many components there are, or a constant that no operator co
 
 
 def _whole(given: Constant, outer: Definitions) -> int | None:
-    """The value of a whole number, if it is known; that of an open size is open as well."""
+    """The size that a constant gives; open if it depends on an open size, None if not known."""
     still = {f"?{n}": s for n, s in outer.sizes.items() if isinstance(s, OpenSize)}
     marks = {name: partial(int, size.mark) for name, size in still.items()}
     try:

@@ -165,7 +165,7 @@ _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
 
 
 def _texts(item: DrawDef, at: YamlNode) -> Iterator[tuple[str, YamlNode]]:
-    """The texts of the positions, each with its place."""
+    """Yield the texts of the numbers from which a draw is made, each with its node."""
     if item.fixed is not None:
         yield item.fixed, at["is"]
     for text, key in ((item.least, "from"), (item.greatest, "to")):

@@ -215,8 +215,9 @@ def key(
     """A key of a mapping; one without a default is needed.
 
     `alias` is the key in the file where Python has another name for it. `defines` says what the
-    names below it, or it, if there are none, define; `step` is the step of section 3 that it
-    belongs to. A model as the default stands for one of which the file gives nothing.
+    names below it define, or it does itself where there are none. `step` is its step of the
+    procedure in section 3 of the paper. A model as the default stands for one of which the file
+    gives nothing.
     """
     field: dict[str, Any] = {"default": default}
     if is_model(default):

@@ -163,6 +163,9 @@ class Symmetry:
         return self._budget >= 0 and cone.normal_form == cone.renamed(*names)
 
     def _have_equal_links(self, name: str, like: str, one: str, other: str) -> bool:
+        """Whether machine `name` of agent `one` receives from the counterparts of the senders of
+        machine `like` of agent `other`.
+        """
         for key in self._abstraction.machines[name].subsystem.inputs:
             sent = self._abstraction.sender_of(name, key)
             alike = self._abstraction.sender_of(like, key)

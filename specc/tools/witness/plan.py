@@ -338,7 +338,8 @@ class Driver:
     ) -> Situation:
         """A situation near `at` that meets goals; without a `state`, one of the first period.
 
-        Other periods are tried with `time`, and with `placed` what no run changes by itself.
+        With `time` the state may have lasted any number of periods; with `placed` memory and inputs
+        may have any values, since the test puts them there.
 
         Raises:
             NoRunError: nothing was found.
