@@ -12,12 +12,12 @@ from specc.analysis.must_may import gap_view, is_incomplete, must_view
 from specc.lang.kinds import first_value
 from specc.lang.values import Value
 from specc.model.expr import Expr, walk
-from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem, System
 from specc.model.types import Type, Vector
 from specc.model.wires import Wires
 from specc.proof import Witness
 from specc.proof.prover import with_repair
+from specc.proof.verdict import freshness
 from specc.search import (
     NO_VALUE,
     FreeVariables,
@@ -64,7 +64,7 @@ class Examples:
         is_in_message = witness.everywhere is None
         if is_in_message and all(map(is_complete_answer, questions)):
             return ""
-        found = self.find(decided.subsystem, decided.state, decided.cause, witness)
+        found = self.find(decided, witness)
         if found:
             return found.text
         return "" if is_in_message else facts
@@ -90,8 +90,7 @@ class Examples:
         """Search a witness of exactly these rows, by index, or of two of them and others."""
         open_ = decided.verdict.decision.open
         assert open_ is not None  # it is confirmed
-        of = decided.subsystem, decided.state, decided.cause
-        found = self.find(*of, Witness((), holding))
+        found = self.find(decided, Witness((), holding))
         if found is None:
             return None
         meaning = self._interpreters[decided.subsystem.qualified_name]
@@ -107,19 +106,20 @@ class Examples:
             return None
         return open_.witness_of(value, holding)
 
-    def find(
-        self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
-    ) -> Example | None:
+    def find(self, decided: RowVerdictAt, witness: Witness) -> Example | None:
         """Search an example of a witness: no row applies, or its rows and preferably no others.
 
         The same question about several states is searched once.
         """
+        subsystem, state, cause = decided.subsystem, decided.state, decided.cause
         name = subsystem.qualified_name
         if name not in self._interpreters:
             self._interpreters[name] = Interpreter(self._system, subsystem)
         meaning = self._interpreters[name]
         machine = self._machine_of(subsystem)
-        seen, given = subsystem, [(fact, True) for fact in machine.invariants]
+        fresh = sorted(decided.verdict.arrivals & machine.availability.fresh)
+        known = (*machine.invariants, *map(freshness, fresh))
+        seen, given = subsystem, [(fact, True) for fact in known]
         if is_incomplete(
             subsystem, state, cause
         ):  # what is unknown is taken as the witness takes it

@@ -257,9 +257,10 @@ def example(
 
 
 def _meets_strictly(meaning: Interpreter, goals: Sequence[Goal], at: Situation) -> bool:
-    """Whether the goals are met, with nothing read that is not there."""
+    """Whether the goals are met by values of their types, with nothing read that is not there."""
     try:
-        return all(bool(meaning.value(e, at, strictly=True)) is yes for e, yes in goals)
+        holds = all(bool(meaning.value(e, at, strictly=True)) is yes for e, yes in goals)
+        return holds and meaning.has_types(at)
     except NO_VALUE:
         return False
 

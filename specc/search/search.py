@@ -25,6 +25,7 @@ from specc.search.situation import (
     Interpreter,
     Situation,
     runnable,
+    values_of_type,
 )
 
 
@@ -124,11 +125,11 @@ class Inverter:
         self._steps = SearchBudget(MOST_STEPS)
         self._freedom = freedom
         self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
-            m.Input: lambda e, v, at: freedom.with_input(e.key, v, at),
+            m.Input: self._of_type(lambda e, v, at: freedom.with_input(e.key, v, at)),
             m.Fresh: lambda e, v, at: freedom.with_freshness(e.input.key, v, at),
             m.Present: lambda e, v, at: freedom.with_presence(e.input.key, v, at),
-            m.Lag: freedom.with_lag,
-            m.MemoryRef: lambda e, v, at: freedom.with_memory(e.name, v, at),
+            m.Lag: self._of_type(freedom.with_lag),
+            m.MemoryRef: self._of_type(lambda e, v, at: freedom.with_memory(e.name, v, at)),
             m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),
             m.Unwrap: lambda e, v, at: self.situations(e.value, v, at),
@@ -157,9 +158,21 @@ class Inverter:
     def _value(self, expr: m.Expr, at: Situation) -> Value:
         return self._meaning.value(expr, at)
 
+    def _of_type(
+        self, change: Callable[[Any, Value, Situation], Situations]
+    ) -> Callable[[Any, Value, Situation], Situations]:
+        """A rule that changes a leaf only to values of its type."""
+
+        def rule(leaf: m.Expr, value: Value, at: Situation) -> Situations:
+            for typed in values_of_type(leaf.type, value):
+                yield from change(leaf, typed, at)
+
+        return rule
+
     def _call(self, call: m.Call, value: Value, at: Situation) -> Situations:
         """A result of an operator; for other arguments a predicate may give something else."""
-        yield self._with_answer(call, value, at)
+        for result in values_of_type(call.type, value):
+            yield self._with_answer(call, result, at)
         for arg in call.args if isinstance(call.type, Bool) else ():
             for other in other_values(self._value(arg, at), arg.type):
                 for moved in self.situations(arg, other, at):

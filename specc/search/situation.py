@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 from specc.lang import Environment, evaluate
 from specc.lang.kinds import first_value
-from specc.lang.values import Value, is_close
+from specc.lang.values import Fields, Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr, LazyByDependence, negation
 from specc.model.system import Subsystem, System
-from specc.model.types import Bool, Pose, Real
+from specc.model.types import (
+    Bool,
+    Int,
+    ListOf,
+    OptionalOf,
+    Pose,
+    Real,
+    Record,
+    Type,
+    Vector,
+)
 from specc.proof.verdict import InputName
 
 # Exact comparisons of poses and vectors, which are refused but mean something.
@@ -96,6 +108,52 @@ class LazyValues(LazyByDependence[Value]):
         return value
 
 
+def values_of_type(type_: Type, value: Value) -> Iterator[Value]:
+    """The values of a type that a computed one stands for: itself, or rounded down and up.
+
+    Solving `n * 2 == 5` for a whole number gives 2.5. There are none if a real is not finite or a
+    nonempty list has no item.
+    """
+    for round_ in (math.floor, math.ceil):
+        with suppress(*NO_VALUE):
+            yield _of_type(type_, value, round_)
+            if is_of_type(type_, value):
+                return
+
+
+def is_of_type(type_: Type, value: Value) -> bool:
+    """Whether a value belongs to a type; of opaque values and poses nothing is asked."""
+
+    def refuse(number: float) -> int:
+        raise ValueError(number)
+
+    try:
+        _of_type(type_, value, refuse)
+    except NO_VALUE:
+        return False
+    return True
+
+
+def _of_type(type_: Type, value: Value, round_: Callable[[float], int]) -> Value:
+    """The value with its whole numbers rounded; raises ValueError if it has not the type."""
+    match type_:
+        case Int() | Real():
+            if isinstance(value, bool) or not math.isfinite(value):
+                raise ValueError(value)
+            return round_(value) if isinstance(type_, Int) and type(value) is not int else value
+        case ListOf(nonempty=True) if not value:
+            raise ValueError(value)
+        case Vector() | ListOf():
+            return tuple(_of_type(type_.element, item, round_) for item in value)
+        case OptionalOf() if value is not None:
+            return _of_type(type_.value, value, round_)
+        case Record() if isinstance(value, Fields):
+            fields = dict(value)
+            types = dict(type_.fields)
+            return Fields(**{n: _of_type(types[n], item, round_) for n, item in fields.items()})
+    return value
+
+
 class Interpreter:
     """What the expressions of one subsystem mean."""
 
@@ -138,6 +196,14 @@ class Interpreter:
             return bool(self.value(expr, at))
         except NO_VALUE:
             return None
+
+    def has_types(self, at: Situation) -> bool:
+        """Whether everything in a situation is a value of its type."""
+        subsystem = self.subsystem
+        pairs = [(element.type, at.inputs[name]) for name, element in subsystem.inputs.items()]
+        pairs += [(item.type, at.memory[item.name]) for item in subsystem.memory]
+        pairs += [(self.results[name], result) for name, _, result in at.answers]
+        return all(is_of_type(type_, value) for type_, value in pairs)
 
     def satisfies(self, goals: Iterable[tuple[Expr, bool]], at: Situation) -> bool:
         """Whether conditions hold or fail as they are to."""
