@@ -231,10 +231,8 @@ def run_import(options: Namespace) -> int:
     if not imported.text:
         return code
     out = options.out
-    if out and os.path.realpath(out) in map(os.path.realpath, options.files):
-        raise Refused(f"{out} is what is imported; name another file with --out")
     if out is None:
         streams.print_output(imported.text)
     else:
-        write_output(out, imported.text.encode(), "yaml", force=options.force)
+        write_output(out, imported.text.encode(), "yaml", options.files, force=options.force)
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -23,10 +23,18 @@ from specc.refusal import Refused, reason_of
 
 
 def write_output(
-    path: str, content: bytes, form: str, *, by: str = "", force: bool = False
+    path: str,
+    content: bytes,
+    form: str,
+    inputs: Iterable[str] = (),
+    *,
+    by: str = "",
+    force: bool = False,
 ) -> None:
-    """Write what a command made; an existing file is replaced by `force` or if it is a picture of
-    this format that specc made. Raises Refused.
+    """Write what a command made of its `inputs`, which it never replaces.
+
+    Another ordinary file is replaced by `force`, or if it is a picture of this format that specc
+    made. Raises Refused.
     """
     from specc.tools.graph.formats import SIGNATURES, mark_of  # most commands write no pictures
 
@@ -35,12 +43,16 @@ def write_output(
         content = signature.sign(content, mark_of(by))
     if not os.path.basename(path):
         raise Refused(f"--out `{path}` names no file")
+    if os.path.lexists(path) and not os.path.isfile(path):
+        raise Refused(f"{path} is there and no ordinary file; name another one with --out")
+    if os.path.realpath(path) in map(os.path.realpath, inputs):
+        raise Refused(f"{path} is an input of this command; name another file with --out")
     try:
         if not os.path.lexists(path):
             write_atomically(Path(path), content)
         elif force or (signature is not None and signature.is_own(path)):
             rewrite_file(path, content)
-        elif not (os.path.isfile(path) and Path(path).read_bytes() == content):
+        elif Path(path).read_bytes() != content:
             kind = f", but no {form.upper()} that specc made" if signature else " already"
             raise Refused(f"{path} is there{kind}; `--force` replaces it")
     except OSError as error:

@@ -125,7 +125,7 @@ class _Plot:
         else:
             content = self._picture(names, unchanging, form)
         if out:
-            write_output(out, content, form, by="plot", force=force)
+            write_output(out, content, form, map(str, self._files), by="plot", force=force)
         streams.print_output(f"{out}\n" if out else content.decode())
         return max(int(print_losses(reading)) for reading in self._readings)
 

@@ -378,6 +378,6 @@ def graph(options: Namespace) -> int:
         return code
     stem = os.path.splitext(os.path.basename(options.spec))[0]
     path = options.out or "-".join(filter(None, (stem, options.place, kind))) + f".{form}"
-    write_output(path, content, form, by="graph", force=options.force)
+    write_output(path, content, form, [options.spec], by="graph", force=options.force)
     streams.print_output(f"{path}\n")
     return code

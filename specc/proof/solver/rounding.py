@@ -48,11 +48,6 @@ class Rounding:
         return self._results[key][1]
 
     @property
-    def matters(self) -> bool:
-        """Whether anything is rounded."""
-        return bool(self._results)
-
-    @property
     def is_large(self) -> bool:
         """Whether there is too much to be in order."""
         results = len(self._results)

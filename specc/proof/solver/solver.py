@@ -43,16 +43,14 @@ class Theory:
             raise SolverError(OUT_OF_STEPS)
         items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)
-        for (
-            value
-        ) in numbering.named_values():  # so that no chain of lets is followed by deep recursion
+        # In order of dependence, so that no chain of lets is followed by deep recursion.
+        for value in numbering.named_values():
             if id(value) in reached:
                 self._conditions.prepare(value)
         terms = [self._term(atom) for atom in atoms]
         rounding = self._conditions.rounding
         if rounding.is_large:
             raise SolverError("too many sums are compared in one table")
-        self.rounds = rounding.matters
         facts = [*self._conditions.laws, *rounding.facts()]
         facts += [_arrival(a.variable) for a in atoms if isinstance(a.variable, Arrival)]
         self._context = z3.Context()

@@ -280,7 +280,7 @@ class SpecServer(LanguageServer):
                 raise  # the server ends
             self._changed.setdefault(uri, search)
             self._check_all()
-        except CallFailedError as error:
+        except Exception as error:  # noqa: BLE001  # a fault of ours: the next change is checked
             _LOG.error("a fault of specc itself, not of your files: %s", error)
         self._took_s = self.worker.took_s
         self._check = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from struct import unpack
@@ -11,7 +12,9 @@ from zlib import crc32
 
 import pytest
 
+from specc.cli.files import write_output
 from specc.pipeline import read_spec
+from specc.refusal import Refused
 from specc.tools.graph import FORMATS, NoPicture, PictureKind, drawing, picture
 from specc.tools.graph.formats import mark_of
 from tests.commands import ROOT, specc
@@ -164,3 +167,22 @@ def test_huge_pictures_are_refused(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "202 nodes and 1 arcs is not legible; name a part" in done.stderr
     assert specc("graph", spec, "a.c", "--format", "dot").returncode in (0, 1)
+
+
+def test_force_replaces_ordinary_files_only_and_never_the_specification(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    spec = tmp_path / "gate.svg"  # whatever it is called
+    spec.write_text("specc: 1\nsystem: demo\n")
+    os.mkfifo("pipe.svg")
+    Path("folder.svg").mkdir()
+    for name, words in (
+        ("pipe.svg", "is there and no ordinary file"),
+        ("folder.svg", "is there and no ordinary file"),
+        ("gate.svg", "is an input of this command"),
+    ):
+        with pytest.raises(Refused, match=f"{name} {words}"):
+            write_output(name, b"<svg>", "svg", [str(spec)], by="graph", force=True)
+    assert Path("pipe.svg").is_fifo()
+    assert spec.read_text().startswith("specc: 1")

@@ -57,7 +57,7 @@ def test_a_file_that_is_there_stays(tmp_path: Path, capsys: pytest.CaptureFixtur
     read = tmp_path / "press.xml"
     read.write_bytes(Path(PRESS).read_bytes())
     assert main(["import", "fabric", str(read), "--out", str(read), "--force"]) == 2
-    assert "is what is imported" in capsys.readouterr().err
+    assert "is an input of this command" in capsys.readouterr().err
     assert out.read_text() == "# by hand\n"
     assert main(["import", "fabric", PRESS, "--out", str(out), "--force"]) == 0
     assert "system: press" in out.read_text()
