@@ -240,7 +240,7 @@ FAULTS = (
     fault("wrong source of a row", "E0201", _sources),
     fault("wrong initial state", "E0201", _initial),
     fault("unknown target of a function", "E0201", _assigned),
-    fault("unknown type", "E0201", _types),
+    fault("unknown type", "E0233", _types),
     fault("unknown frame", "E0201", _frames),
     fault("wrong member of an enum", "E0201", _members),
     fault("unknown parameter", "E0201", _given),

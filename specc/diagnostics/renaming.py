@@ -8,11 +8,9 @@ nothing else; where the difference is in an index there is no repair.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import replace
 
-from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
-from specc.reachable import grouped
+from specc.diagnostics.diagnostic import Edit, Fix
 from specc.source import Place, Sources
 
 _INDEX = re.compile(r"(-?\d+|\{[^{}]*\})")
@@ -62,70 +60,3 @@ def _pattern(name: str) -> str:
     parts = enumerate(_INDEX.split(name))
     texts = (rf"({re.escape(t)}|\{{[^{{}}]*\}})" if n % 2 else re.escape(t) for n, t in parts)
     return rf"{''.join(texts)}(?![\w{{])"
-
-
-_NOT_DEFINED = ("E0101", "E0304", "E0502", "E0905")
-"""Findings about words that specifications do not define."""
-_FOR_READERS = ("let", "constants", "initial", "terminal", "error", "functions", "behaviours")
-"""Keys below which names stand that no run and no other subsystem shows."""
-
-
-def offer_both_renames(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
-    """Write repairs as files spell them, and offer to rename definitions instead.
-
-    A name that stands nowhere but where it is defined may be misspelt there, so the help offers to
-    rename the definition. That is the repair if the other name stands at several places and no
-    other file can use the definition. If each name stands at one place, the use is repaired only
-    if the name is seen by readers alone.
-    """
-    found = [replace(d, fix=as_written(d.fix, sources)) if d.fix else d for d in diagnostics]
-    typos = grouped((typo, number) for number, d in enumerate(found) if (typo := _typo(d)))
-    for (wrong, right), numbers in typos.items():
-        if _count(right, sources) != 1 or (place := _definition(right, sources)) is None:
-            continue
-        uses = [found[number] for number in numbers]
-        if _count(wrong, sources) > 1:
-            fix = _rename_definition(place, right, wrong, uses, sources)
-        else:
-            fix = uses[0].fix if ("", *place.route)[-2] in _FOR_READERS else None
-        for number, use in zip(numbers, uses, strict=True):
-            hint = f"{use.help} or rename the definition"
-            found[number] = replace(use, help=hint, fix=fix)
-    return found
-
-
-def _typo(diagnostic: Diagnostic) -> tuple[str, str] | None:
-    """The unknown part of a name and its probable correction, as the file writes them."""
-    if diagnostic.fix is None or diagnostic.code in _NOT_DEFINED:
-        return None
-    edit = diagnostic.fix.edits[0]
-    pairs = zip(edit.old.split("."), edit.text.split("."), strict=False)
-    return next(((old, new) for old, new in pairs if old != new), None)
-
-
-def _count(name: str, sources: Sources) -> int:
-    """How often a name stands in files."""
-    word = re.compile(rf"(?<!\w){_pattern(name)}")
-    return sum(1 for source in sources for _ in word.finditer(source.text))
-
-
-def _definition(name: str, sources: Sources) -> Place | None:
-    """The first key that spells `name`; one right below `x` or `y` refers to a peer."""
-    word = re.compile(_pattern(name))
-    for source in sources:
-        for route, *_ in source.nodes:
-            if word.fullmatch(str(route[-1])) and ("", *route)[-2] not in ("x", "y"):
-                return Place(source.path, route, "key")
-    return None
-
-
-def _rename_definition(
-    place: Place, old: str, new: str, uses: Iterable[Diagnostic], sources: Sources
-) -> Fix | None:
-    """The repair of a definition, if no other file can use it."""
-    source, key = sources.get(place.file), str(place.route[-1])
-    renamed = renamed_as_written(key, old, new)
-    is_of_system = source is not None and source.node(("system",)) is not None
-    if not (is_of_system and renamed and all(use.primary.file == place.file for use in uses)):
-        return None
-    return Fix(f"rename the definition to `{renamed[1]}`", (Edit(place, renamed[1], key),))

@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
-from specc.diagnostics.renaming import offer_both_renames
+from specc.diagnostics.typo_direction import with_repairs_of_typos
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
 from specc.source import Place, Sources, Span
@@ -101,7 +101,7 @@ def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding
             tuple(_rendered(item.place, item.message, sources) for item in diagnostic.related),
             repair(diagnostic.fix, sources),
         )
-        for diagnostic in offer_both_renames(dict.fromkeys(diagnostics), sources)
+        for diagnostic in with_repairs_of_typos(dict.fromkeys(diagnostics), sources)
     ]
 
 

@@ -241,7 +241,7 @@ class TypeReader:
         start = span(node)[0]
         at = start, start + len(name)
         ours = [ours for word, ours in _FOREIGN_TYPES.items() if word == name.lower()]
-        return unknown_name("type", name, known, "declare it under `types:`", at, "E0201", ours)
+        return unknown_name("type", name, known, "declare it under `types:`", at, "E0233", ours)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")

@@ -9,21 +9,16 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from specc.lang import Environment, evaluate
-from specc.lang.kinds import first_value
-from specc.lang.values import Fields, Value, is_close
+from specc.lang.kinds import first_value, kind
+from specc.lang.values import Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr, LazyByDependence, negation
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Bool,
-    Int,
-    ListOf,
-    OptionalOf,
     Pose,
     Real,
-    Record,
     Type,
-    Vector,
 )
 from specc.proof.verdict import InputName
 
@@ -136,22 +131,15 @@ def is_of_type(type_: Type, value: Value) -> bool:
 
 def _of_type(type_: Type, value: Value, round_: Callable[[float], int]) -> Value:
     """The value with its whole numbers rounded; raises ValueError if it has not the type."""
-    match type_:
-        case Int() | Real():
-            if isinstance(value, bool) or not math.isfinite(value):
-                raise ValueError(value)
-            return round_(value) if isinstance(type_, Int) and type(value) is not int else value
-        case ListOf(nonempty=True) if not value:
+    sort = kind(type_).sort
+    if sort in ("whole", "real"):
+        if isinstance(value, bool) or not math.isfinite(value):
             raise ValueError(value)
-        case Vector() | ListOf():
-            return tuple(_of_type(type_.element, item, round_) for item in value)
-        case OptionalOf() if value is not None:
-            return _of_type(type_.value, value, round_)
-        case Record() if isinstance(value, Fields):
-            fields = dict(value)
-            types = dict(type_.fields)
-            return Fields(**{n: _of_type(types[n], item, round_) for n, item in fields.items()})
-    return value
+        return round_(value) if sort == "whole" and type(value) is not int else value
+    if getattr(type_, "nonempty", False) and not value:
+        raise ValueError(value)
+    of = kind(type_).map_parts
+    return of(type_, value, lambda part, item: _of_type(part, item, round_))
 
 
 class Interpreter:

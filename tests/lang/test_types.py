@@ -96,8 +96,8 @@ def test_spellings(text: str, type: Type) -> None:
 @pytest.mark.parametrize(
     ("text", "code", "marked", "message", "help"),
     [
-        ("vectr[6]", "E0201", "vectr", "unknown type `vectr`", "did you mean `vector`?"),
-        ("Motor", "E0201", "Motor", "unknown type `Motor`", "did you mean `Motors`?"),
+        ("vectr[6]", "E0233", "vectr", "unknown type `vectr`", "did you mean `vector`?"),
+        ("Motor", "E0233", "Motor", "unknown type `Motor`", "did you mean `Motors`?"),
         (
             "float",
             "O0205",
@@ -250,8 +250,8 @@ def test_signatures() -> None:
         ("(q: int,) -> int", "E0306", "", "a parameter is a name, a colon and a type"),
         ("(1: int) -> int", "E0306", "1: int", "a parameter is a name, a colon and a type"),
         ("(q: int, q: bool) -> int", "E0306", "q: bool", "parameter `q` stands twice"),
-        ("(q: int, v: vectr[6]) -> int", "E0201", "vectr", "unknown type `vectr`"),
-        ("(q: int) -> list[intt]", "E0201", "intt", "unknown type `intt`"),
+        ("(q: int, v: vectr[6]) -> int", "E0233", "vectr", "unknown type `vectr`"),
+        ("(q: int) -> list[intt]", "E0233", "intt", "unknown type `intt`"),
         (
             "(X: pose[B, Y]) -> pose[Z, Y]",
             "E0308",

@@ -124,7 +124,9 @@ def for_machine(given: Any, element: str) -> Any:
     return np.array(given) if DOMAINS.get(element, ("",))[0] == "vector[2]" else given
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(4), 99000040], also=range(4, 8), long=10, each=20))
+@pytest.mark.parametrize(
+    "seeds", blocks([*range(4), 99000040], also=range(4, 12), long=10, each=20)
+)
 def test_random_tables(seeds: Seeds, folder: Path) -> None:
     counts: Counter[str] = Counter()
     for seed in seeds:

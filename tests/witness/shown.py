@@ -27,7 +27,7 @@ def refuted_of(facts: Facts) -> Iterator[tuple[Facts, RowVerdictAt, Witness]]:
 
 def shown(facts: Facts, decided: RowVerdictAt, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
-    found = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
+    found = facts.examples().find(decided, witness)
     if not witness.everywhere and all(is_complete_answer(asked) for asked, _ in witness.answers):
         assert facts.examples().text(decided, witness, "facts") == ""
     assert found is not None, witness.facts

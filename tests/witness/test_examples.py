@@ -147,11 +147,11 @@ def has_examples(system: System) -> None:
     facts = Facts(system)
     for refutation in refuted_of(facts):
         _, decided, witness = refutation
-        found = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
+        found = facts.examples().find(decided, witness)
         outcomes["found" if found else "none"] += 1
         if found:
             shows(found, *refutation)
-            again = facts.examples().find(decided.subsystem, decided.state, decided.cause, witness)
+            again = facts.examples().find(decided, witness)
             assert again == found
 
 

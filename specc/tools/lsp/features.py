@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from specc.analysis import RowVerdictAt
 from specc.diagnostics import Diagnostic, Fix
-from specc.diagnostics.renaming import offer_both_renames
 from specc.diagnostics.report import repair
+from specc.diagnostics.typo_direction import with_repairs_of_typos
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part, on_disk
@@ -263,7 +263,7 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
         source = analysis.sources.get(path)
         if source is None or is_library_part(path):
             continue
-        for diagnostic in offer_both_renames(analysis.diagnostics, analysis.sources):
+        for diagnostic in with_repairs_of_typos(analysis.diagnostics, analysis.sources):
             first, last = source.offsets(diagnostic.primary)
             if diagnostic.primary.file == path and first <= end and start <= last:
                 for action in _actions(analysis, diagnostic):
