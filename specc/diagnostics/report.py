@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
-from specc.diagnostics.typo_direction import with_repairs_of_typos
+from specc.diagnostics.renaming import with_repairs_of_typos
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
 from specc.source import Place, Sources, Span

@@ -15,8 +15,7 @@ from specc.model import expr as m
 from specc.model.expr import conjuncts, negation
 from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.tools.explore.cone import Cone, renamed
-from specc.tools.explore.input_use import InputUse
+from specc.tools.explore.cone import Cone, InputUse, renamed
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
 from specc.tools.explore.regions import value_leaves
 from specc.tools.explore.timing import Clocks

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from specc.analysis import RowVerdictAt
 from specc.diagnostics import Diagnostic, Fix
+from specc.diagnostics.renaming import with_repairs_of_typos
 from specc.diagnostics.report import repair
-from specc.diagnostics.typo_direction import with_repairs_of_typos
 from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.resources import is_library_part, on_disk
