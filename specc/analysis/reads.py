@@ -16,6 +16,7 @@ from specc.model.expr import (
     Input,
     Lag,
     LetRef,
+    Live,
     MemoryRef,
     Present,
     Truth,
@@ -130,10 +131,15 @@ class Dependence:
     memory: frozenset[str] = frozenset()
     constants: frozenset[str] = frozenset()
     is_stable: bool = True
-    """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
+    """It changes with the memory only.
+
+    No input, clock, constant that may change, or variable of a quantifier is in it.
+    """
     has_clock: bool = False
     has_lag: bool = False
     """How far an input is behind is in it, which changes without anything new."""
+    has_live: bool = False
+    """A constant is in it that may change while something runs."""
     has_literal: bool = False
     """`True` or `False` is in it."""
 
@@ -156,8 +162,11 @@ class Dependences:
         match expr:
             case MemoryRef(name=name):
                 return Dependence(memory=frozenset((name,)))
-            case ConstantRef(name=name):
-                return Dependence(constants=frozenset((name,)))
+            case ConstantRef(name=name, is_live=changes):
+                named = frozenset((name,))
+                return Dependence(constants=named, is_stable=not changes, has_live=changes)
+            case Live():
+                return Dependence(is_stable=False, has_live=True)
             case Truth():
                 return Dependence(has_literal=True)
             case Clock(name="elapsed" | "entered"):
@@ -203,6 +212,7 @@ class Dependences:
             all(part.is_stable for part in parts),
             any(part.has_clock for part in parts),
             any(part.has_lag for part in parts),
+            any(part.has_live for part in parts),
             any(part.has_literal for part in parts),
         )
 

@@ -14,6 +14,7 @@ from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.kinds import kind
+from specc.lang.ranges import CONDITIONS
 from specc.limits import is_used_up
 from specc.model.expr import (
     COMPARISONS,
@@ -259,6 +260,10 @@ class Translator:
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
+        if y is not None:
+            truth = CONDITIONS[op](self._numbering.live_range(left, bound), (y, y))
+            if truth[0] == truth[1]:
+                return bool(truth[0])
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))
