@@ -118,6 +118,46 @@ def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
+def live_constants(system: System, subsystem: Subsystem) -> list[Constant]:
+    """The constants that may change and that a subsystem reads, or shows to formulas.
+
+    One that formulas alone read is shown by the fastest subsystems.
+    """
+    changing = [constant for constant in system.constants if constant.initial is not None]
+    if not changing:
+        return []
+    read = _live_in(subsystem, system)
+    if subsystem.rate_hz == max(each.rate_hz for each in system.subsystems):
+        shown = live_in_formulas(system)
+        others = (_live_in(each, system) for each in system.subsystems) if shown else ()
+        read |= shown - frozenset[str]().union(*others)
+    return [constant for constant in changing if constant.name in read]
+
+
+def live_in_formulas(system: System) -> frozenset[str]:
+    """The constants that may change and that formulas about runs name."""
+    parts = (part for item in system.formulas for part in expressions_in(item.formula))
+    shared = {constant.name: constant.value for constant in system.constants}
+    return live_names((node for part in parts for node in walk(part)), shared)
+
+
+def _live_in(subsystem: Subsystem, system: System) -> frozenset[str]:
+    constants = (*system.constants, *subsystem.constants)
+    return live_names(nodes(subsystem), {each.name: each.value for each in constants})
+
+
+def live_names(nodes: Iterable[Expr], constants: Mapping[str, Expr]) -> frozenset[str]:
+    """The constants that may change and that nodes of expressions name, also through others."""
+
+    def behind(node: Expr) -> Iterable[Expr]:
+        if isinstance(node, ConstantRef) and node.is_live and node.name in constants:
+            return walk(constants[node.name])
+        return ()
+
+    named: Iterable[Expr] = (node for node in nodes if isinstance(node, (Live, ConstantRef)))
+    return frozenset(node.name for node in reachable(named, behind) if isinstance(node, Live))
+
+
 @dataclass(frozen=True, slots=True)
 class Dependence:
     """What the value of an expression depends on.
