@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from specc_runtime.system import LiveConstant
@@ -32,7 +32,7 @@ class LiveConstants:
         self._inboxes = inboxes
         self.values = {name: constant.initial for name, constant in self._constants.items()}
         self.changes: list[Change] = []
-        self._asked: deque[Change] = deque()
+        self._waiting: deque[Change] = deque()
         self._due: dict[str, dict[str, float]] = {}
         """By subsystem and element, what its next step is to see."""
 
@@ -44,7 +44,7 @@ class LiveConstants:
         if name not in self._constants:
             known = ", ".join(self._constants) or "none"
             raise ValueError(f"{name} is no constant that may change; there are: {known}")
-        self._asked.append(Change(tick, name, self._constants[name].checked(value), by))
+        self._waiting.append(Change(tick, name, self._constants[name].checked(value), by))
 
     def whole(self, name: str, value: float) -> float:
         """A number as the constant has it: whole, if it is."""
@@ -54,13 +54,13 @@ class LiveConstants:
     def begin(self, tick: int) -> list[Change]:
         """Make the changes that are asked for by this base tick, and return them."""
         made = []
-        for _ in range(len(self._asked)):
-            asked = self._asked.popleft()
-            if asked.tick > tick:
-                self._asked.append(asked)
+        for _ in range(len(self._waiting)):
+            change = self._waiting.popleft()
+            if change.tick > tick:
+                self._waiting.append(change)
                 continue
-            made.append(Change(tick, asked.constant, asked.value, asked.by))
-            self._set(asked.constant, asked.value)
+            made.append(replace(change, tick=tick))
+            self._set(change.constant, change.value)
         self.changes += made
         return made
 

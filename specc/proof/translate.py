@@ -13,8 +13,9 @@ from fractions import Fraction
 from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
-from specc.lang.ranges import CONDITIONS
+from specc.lang.ranges import range_of_value
 from specc.limits import is_used_up
 from specc.model.expr import (
     COMPARISONS,
@@ -261,9 +262,11 @@ class Translator:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
         if y is not None:
-            truth = CONDITIONS[op](self._numbering.live_range(left, bound), (y, y))
-            if truth[0] == truth[1]:
-                return bool(truth[0])
+            compare = Compare(op, left, right, type=Bool())  # type: ignore[arg-type]  # one of six
+            sides = self._numbering.live_range(left, bound), range_of_value(y)
+            least, greatest = range_of_parts(compare, sides)
+            if least == greatest:
+                return bool(least)
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))
