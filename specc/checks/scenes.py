@@ -123,17 +123,15 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def adjustments_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0201 for a constant that there is not, E0517 for one that may not change, or not so."""
+    """E0517 for a constant that may not change, or not so."""
     known = {constant.name: constant for constant in facts.system.constants}
     task = facts.system.task
     for each in task.disturbances if task else ():
         for _, action in each.actions_on("constant"):
             constant = known.get(action.name)
-            if constant is None:
-                message = f"unknown constant `{action.name}`"
-                help = suggest(action.name, sorted(n for n, c in known.items() if c.initial))
-                yield Diagnostic("E0201", message, action.place, help=help)
-            elif constant.bounds is None or constant.initial is None:
+            if constant is None or not action.numbers:
+                continue  # reported where it is read
+            if constant.bounds is None or constant.initial is None:
                 message = f"`{action.name}` does not change while something runs"
                 related = (Related(constant.place, "declared here"),)
                 help = "declare it with a range and `live: true`"

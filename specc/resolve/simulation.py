@@ -266,10 +266,16 @@ class _DisturbanceReader:
             for name, numbers in given.items() if verb.numbers != "none" else ():
                 drawn = tuple(self._numbers(verb, name, numbers, own[name]))
                 if verb.subject == "constant":
-                    places = self.expressions.definitions.places
-                    of = places.get(f"constant {name}")
-                    self.expressions.findings.use(of, own, name, part="key")
+                    self._note_constant(name, own)
                 yield DisturbanceAction(verb.name, name, drawn, own[name].key)
+
+    def _note_constant(self, name: str, at: YamlNode) -> None:
+        """Note the constant of that name; one that there is not is reported."""
+        definitions, findings = self.expressions.definitions, self.expressions.findings
+        findings.use(definitions.places.get(f"constant {name}"), at, name, part="key")
+        if name not in definitions.constants and name not in definitions.broken:
+            live = [known.name for known in definitions.constants.values() if known.initial]
+            findings.unknown("E0201", "constant", name, live, at[name].key)
 
     def _numbers(
         self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
