@@ -311,7 +311,7 @@ class Library:
             way = "add the least and the greatest one, e.g. `range: [0, 1]`"
         elif definition.live and not self.shared:
             wrong = f"`{name}` is `live` in a file that describes a part of systems"
-            way = "make it a parameter, and give it a `live` constant of the system"
+            way = "use the file in the system as well, or make the constant a parameter"
         if wrong:
             self.findings.report("E0343", wrong, where.key, help=way)
             return None

@@ -295,8 +295,8 @@ class FreeVariables:
 
     def with_live(self, constant: m.Live, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value of a constant that may change, within its range."""
-        if constant.low <= value <= constant.high:
-            yield replace(at, live={**at.live, constant.name: value})
+        nearest = min(max(value, constant.low), constant.high)
+        yield replace(at, live={**at.live, constant.name: nearest})
 
     def with_memory(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""

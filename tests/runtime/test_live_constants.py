@@ -28,7 +28,10 @@ LIVE = (
     .replace("unheard + 1}", "(unheard + 1 if unheard < most else 0)}")
 )
 REQUIRE = """require:
-  - {that: "always(cart.E.wheels.v_d <= 1[m/s] or once(0.3[s], v > 1[m/s]))", because: of the test}
+  - that: >-
+      always(present(cart.E.wheels.v_d) implies
+      cart.E.wheels.v_d <= 1[m/s] or once(0.3[s], v > 1[m/s]))
+    because: of the test
 """
 Changes = Sequence[tuple[float, str, float]]
 """When, which constant, and its value."""
@@ -141,7 +144,7 @@ def test_a_recording_tells_what_a_constant_was(tmp_path: Path) -> None:
     spec, file = spec_in(tmp_path, 'at: "0.5[s]", adjust: {v: "0.4[m/s]"}'), tmp_path / "run.mcap"
     ran(spec, "--record", file)
     for at, far in ((0.3, 3), (1.0, 1.2)):
-        found = specc("why", f"{file}@{at}", "--spec", spec, "--subsystem", "cart.c")
+        found = specc("why", f"{file}@{at}", "cart.c", "--spec", spec)
         assert f"needs > {far} m (far)" in found.stdout, found.stdout
 
 
