@@ -247,7 +247,7 @@ class MachineResolver:
             behaviour = self._behaviours.get(item.behaviour or "")
             if behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
-            else:
+            elif behaviour.place != at.key:  # it does not stand in the state
                 self._findings.use(behaviour.place, at, "behaviour")
             events = self._elements(item.ignores, at["ignores"], self._events, "E0201", "event")
             outputs = self._elements(item.holds, at["holds"], self._outputs, "E0201", "output")

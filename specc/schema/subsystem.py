@@ -197,8 +197,8 @@ class BehaviourDef(Traced, first="eq table fig title"):
     )
 
 
-class StateDef(Traced, short="behaviour", first="behaviour title"):
-    """A state of the subsystem's machine."""
+class StateDef(BehaviourDef, short="behaviour", first="behaviour title"):
+    """A state of the subsystem's machine, with the name of its behaviour or with a behaviour."""
 
     behaviour: Annotated[str, Text(Role("name", "behaviour"))] | None = key(
         None, "The behaviour that runs in this state."
