@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Literal
 
 from specc.model.expr import Expr
+from specc.model.types import Type
 from specc.source import Place
 
 
@@ -71,10 +72,31 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a behaviour or function; `place` is its name in the signature."""
+
+    name: str
+    type: Type
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Generic:
+    """A behaviour or function with parameters, as it is declared: `ParameterRef` stands in `part`.
+
+    Each call of it is a part of its own, which has arguments in their place.
+    """
+
+    part: Behaviour | Function
+    parameters: tuple[Parameter, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
-    It is not complete if a target of it is not known.
+    It is not complete if a target of it is not known. A call of a `generic` one has its arguments
+    in its name.
     """
 
     name: str
@@ -83,6 +105,7 @@ class Function:
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +113,7 @@ class Behaviour:
     """Transition functions, a terminal condition and an error condition (eq. 3).
 
     Within a subsystem the name identifies a behaviour. It is not `is_complete` if a function or
-    target of it is not known.
+    target of it is not known. A call of a `generic` one has its `arguments` in its name, too.
     """
 
     name: str
@@ -101,6 +124,8 @@ class Behaviour:
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
+    arguments: tuple[Expr, ...] = ()
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
     @property

@@ -9,7 +9,17 @@ from functools import cached_property
 from typing import Final, Literal
 
 from specc.model.expr import Expr
-from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Trace, Transition
+from specc.model.fsm import (
+    Axiom,
+    Behaviour,
+    Cause,
+    Condition,
+    Function,
+    Generic,
+    State,
+    Trace,
+    Transition,
+)
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.task import Task
 from specc.model.types import Type, nested_types
@@ -229,6 +239,8 @@ class Subsystem:
     """Whether its initial state is known."""
     budget_s: Fraction | None = None
     """How long a step may take on the machine, in seconds, if that is said."""
+    generics: tuple[Generic, ...] = ()
+    """The behaviours and functions with parameters, as they are declared."""
 
     @property
     def qualified_name(self) -> str:
@@ -447,4 +459,5 @@ def _declared_types(system: System) -> Iterator[Type]:
         yield from (element.type for port in subsystem.ports for element in port.elements)
         yield from (item.type for item in subsystem.memory)
         yield from (let.value.type for let in subsystem.lets)
+        yield from (p.type for generic in subsystem.generics for p in generic.parameters)
         yield from (constant.value.type for constant in subsystem.constants)

@@ -81,7 +81,7 @@ class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
     where: YamlNode
-    form: Literal["type", "signature", "interface"]
+    form: Literal["type", "signature", "parameters", "interface"]
     text: str
     names: TypeNames
     places: Mapping[str, Place]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
-from specc.lang import Scope
+from specc.lang import ExprError, Scope
 from specc.model.expr import FALSE, TRUE, Expr, junction, negation
 from specc.model.fsm import (
     OTHERWISE,
@@ -17,6 +17,8 @@ from specc.model.fsm import (
     Condition,
     ConditionKind,
     Function,
+    Generic,
+    Parameter,
     State,
     Trace,
     Transition,
@@ -24,6 +26,14 @@ from specc.model.fsm import (
 from specc.model.system import Element, Memory, Port
 from specc.model.types import Bool
 from specc.reachable import grouped
+from specc.resolve.calls import (
+    arguments_at,
+    called_at,
+    parameters_at,
+    report_no_arguments,
+    with_arguments,
+    with_parameters,
+)
 from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.expansion import targets_of
@@ -40,6 +50,8 @@ from specc.schema.subsystem import (
     UsedFunctionDef,
 )
 
+PartKind = Literal["behaviour", "function"]
+"""What may have parameters."""
 _Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
 _Exchanged = tuple[str, str, Element]
@@ -66,6 +78,8 @@ class MachineResolver:
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
+    _generics: dict[tuple[str, str], Generic | None] = field(default_factory=dict)
+    """Behaviours and functions with a signature, by kind and name; None if that has an error."""
 
     def __post_init__(self) -> None:
         self._findings = self.expressions.findings
@@ -85,26 +99,92 @@ class MachineResolver:
         for kind in kinds:
             for name, item in getattr(self.definition.conditions, kind).items():
                 at = self.where["conditions"][kind][name]
-                self._conditions[kind, name] = self._declared(kind, name, item, at)
+                self._conditions[kind, name] = self._declared(kind, name, item, at, self.scope)
         for name, function in self.definition.functions.items():
-            self._functions[name] = self._function(name, function, self.where["functions"][name])
+            at = self.where["functions"][name]
+            if function.signature is None:
+                self._functions[name] = self._function(name, function, at, self.scope)
+            elif parameters := self._parameters("function", name, function.signature, at):
+                part = self._function(name, function, at, with_parameters(self.scope, parameters))
+                self._generics["function", name] = Generic(part, parameters)
         for name, behaviour in self.definition.behaviours.items():
             at = self.where["behaviours"][name]
-            self._behaviours[name] = self._behaviour(name, behaviour, at)
+            if behaviour.signature is None:
+                self._behaviours[name] = self._behaviour(name, behaviour, at, self.scope)
+                self._add_parts(self._behaviours[name])
+            elif parameters := self._parameters("behaviour", name, behaviour.signature, at):
+                scope = with_parameters(self.scope, parameters)
+                whole = self._behaviour(name, behaviour, at, scope)
+                self._generics["behaviour", name] = Generic(whole, parameters)
+        states = self._states()
         return {
             "conditions": tuple(self._conditions.values()),
             "functions": tuple(self._functions.values()),
             "behaviours": tuple(self._behaviours.values()),
-            "states": self._states(),
+            "states": states,
+            "generics": tuple(filter(None, self._generics.values())),
             "transitions": self._transitions(),
             "axioms": self._axioms(),
         }
 
+    def _parameters(
+        self, kind: PartKind, name: str, signature: str, at: YamlNode
+    ) -> tuple[Parameter, ...] | None:
+        """The parameters of a behaviour or function; None after reporting."""
+        self._generics[kind, name] = None
+        found = parameters_at(at["signature"], signature, self.scope, self.expressions)
+        if found == ():
+            message, help = "a signature without parameters says nothing", "delete it"
+            self._findings.report("E0104", message, at["signature"].place, help=help)
+        return found or None
+
+    def _add_parts(self, behaviour: Behaviour) -> None:
+        """Add what is a part of the subsystem as part of this behaviour: what stands in place."""
+        for function in behaviour.functions:
+            self._functions.setdefault(function.name, function)
+        for condition in (behaviour.terminal, behaviour.error):
+            if condition.name.startswith(f"{behaviour.name}."):
+                self._conditions[condition.kind, condition.name] = condition
+
+    def _called(
+        self, kind: PartKind, where: YamlNode, text: str, scope: Scope
+    ) -> Function | Behaviour | None:
+        """The behaviour or function that a call stands for; None after reporting."""
+        call = called_at(where, text, self.expressions)
+        if call is None:
+            return None
+        name, place = call.name, where.place.within(*call.span)
+        known = getattr(self.definition, f"{kind}s")
+        if name not in known:
+            if kind == "function" and name in self.definition.behaviours:
+                message = f"`{name}` is a behaviour, which only a state runs"
+                self._findings.report("E0201", message, place, help="name functions here")
+            else:
+                self._findings.unknown("E0201", kind, name, known, place)
+            return None
+        start, end = call.span
+        self._findings.use(self.where[f"{kind}s"][name].key, where, start=start, end=end)
+        if (kind, name) not in self._generics:
+            message = f"{kind} `{name}` has no parameters"
+            help = f"write `{name}`, or say what it takes: `signature: ...`"
+            self._findings.report("E0315", message, place, help=help)
+            return None
+        generic = self._generics[kind, name]
+        if generic is None:
+            self._findings.suppressed += 1
+            return None
+        arguments = arguments_at(where, call, generic.parameters, scope, self.expressions)
+        try:
+            return with_arguments(generic, arguments)
+        except ExprError as error:
+            self.expressions.report(where, text, error)
+            return None
+
     def _declared(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode, scope: Scope
     ) -> Condition:
         if item.when is not None:
-            when = self.expressions.condition(at["when"], item.when, self.scope)
+            when = self.expressions.condition(at["when"], item.when, scope)
         else:
             when = None
             message = f"nothing says when {kind} condition `{name}` holds"
@@ -130,9 +210,9 @@ class MachineResolver:
             self._findings.unknown("E0201", f"{kind} condition", name, names, where.place)
         return _unknown_condition(name, kind, where, where)
 
-    def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: YamlNode, scope: Scope) -> Function:
         assignments = [
-            self._assignment(target, value, at[named])
+            self._assignment(target, value, at[named], scope)
             for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
         ]
@@ -148,12 +228,14 @@ class MachineResolver:
         whole = bool(found) and len(found) == len(assignments)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
-    def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
+    def _assignment(
+        self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
+    ) -> Assignment | None:
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
-        indices, scope = self.expressions.indexed(item.each, at, self.scope)
+        indices, scope = self.expressions.indexed(item.each, at, scope)
         if found is None:
             self.expressions.inside(at["is"], item.value, scope)
             return None
@@ -178,25 +260,26 @@ class MachineResolver:
             case _ if target not in self.expressions.broken:
                 self._findings.unknown("E0201", "memory target", target, self._targets, at.key)
 
-    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode) -> Behaviour:
-        used = [self._used(name, index, used, at) for index, used in enumerate(item.functions)]
+    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode, scope: Scope) -> Behaviour:
+        each = enumerate(item.functions)
+        used = [self._used(name, index, used, at, scope) for index, used in each]
         functions = tuple(function for function in used if function)
         terminal = at["terminal"]
         if item.terminal is not None:
-            end = self._ending("terminal", name, item.terminal, terminal)
+            end = self._ending("terminal", name, item.terminal, terminal, scope)
         else:
             message = f"nothing says when behaviour `{name}` ends"
             self._open(
                 "O0606", message, at, "add `terminal:` with a condition, `always` or `never`"
             )
             end = _unknown_condition(name, "terminal", terminal, at)
-        error = self._ending("error", name, item.error or _NO_ERROR, at["error"])
+        error = self._ending("error", name, item.error or _NO_ERROR, at["error"], scope)
         is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
         return Behaviour(name, functions, end, error, item.title, trace, at.key, is_complete)
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode, scope: Scope
     ) -> Function | None:
         """Resolve a function of a behaviour, by name or inline."""
         known = self.definition.functions
@@ -206,35 +289,51 @@ class MachineResolver:
             return found
         at = inside["functions"][index]
         if used.function is None:
-            name = f"{behaviour}.functions[{index}]"
-            self._functions[name] = self._function(name, used, at)
-            return self._functions[name]
+            return self._function(f"{behaviour}.functions[{index}]", used, at, scope)
         if used.targets:
             message = f"`{used.function}` is declared, so it has its targets there"
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
-        if used.function not in known:
-            place = at["function"].place
-            self._findings.unknown("E0201", "function", used.function, known, place)
+        where = at["function"]
+        if "(" in used.function:
+            call = self._called("function", where, used.function, scope)
+            # Calls with equal arguments are one function.
+            return self._functions.get(call.name, call) if isinstance(call, Function) else None
+        self._report_bare("function", used.function, where)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
+    def _report_bare(self, kind: PartKind, name: str, where: YamlNode) -> None:
+        """Report the name of no behaviour or function, or of one that takes arguments."""
+        known = getattr(self.definition, f"{kind}s")
+        if name not in known:
+            self._findings.unknown("E0201", kind, name, known, where.place)
+        elif generic := self._generics.get((kind, name)):
+            report_no_arguments(name, generic.parameters, where, self.expressions)
+            self._findings.use(generic.part.place, where)
+        elif (kind, name) in self._generics:
+            self._findings.suppressed += 1
+
     def _ending(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, at: YamlNode
+        self,
+        kind: Cause,
+        behaviour: str,
+        given: TerminalDef | ErrorDef,
+        at: YamlNode,
+        scope: Scope,
     ) -> Condition:
         """Resolve a behaviour's condition, named or inline."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
         if given.condition is None:
-            self._conditions[kind, name] = self._declared(kind, name, given, at)
-        elif given.when is not None:
+            return self._declared(kind, name, given, at, scope)
+        if given.when is not None:
             message = f"`{name}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
             self._findings.report("E0104", message, at.place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
             return self._undeclared(kind, name, at["condition"] if at.raw else at)
-        if given.condition is not None:
-            self._findings.use(known.place, at["condition"])
+        self._findings.use(known.place, at["condition"])
         return known
 
     def _states(self) -> tuple[State, ...]:
@@ -245,7 +344,9 @@ class MachineResolver:
         for name, item in self.definition.states.items():
             at = where[name]
             behaviour = self._behaviours.get(item.behaviour or "")
-            if behaviour is None:
+            if behaviour is None and "(" in (item.behaviour or ""):
+                behaviour = self._run(item.behaviour or "", at)
+            elif behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
             elif behaviour.place != at.key:  # it does not stand in the state
                 self._findings.use(behaviour.place, at, "behaviour")
@@ -269,17 +370,23 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
+    def _run(self, text: str, at: YamlNode) -> Behaviour:
+        """The behaviour that a state calls; states with equal calls have one behaviour."""
+        found = self._called("behaviour", at["behaviour"], text, self.scope)
+        if not isinstance(found, Behaviour):
+            return _lost_behaviour(text, at)
+        if found.name not in self._behaviours:
+            self._behaviours[found.name] = found
+            self._add_parts(found)
+        return self._behaviours[found.name]
+
     def _unknown_behaviour(self, state: str, name: str | None, at: YamlNode) -> Behaviour:
-        known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
-        elif known:
-            self._findings.unknown("E0201", "behaviour", name, known, at["behaviour"].place)
-        called = name or state
-        terminal = _unknown_condition(called, "terminal", at["terminal"], at)
-        error = _unknown_condition(called, "error", at["error"], at)
-        return Behaviour(called, (), terminal, error, "", Trace(), at.place, is_complete=False)
+        elif self.definition.behaviours:
+            self._report_bare("behaviour", name, at["behaviour"])
+        return _lost_behaviour(name or state, at)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows, table = [], self.where["transitions"]
@@ -349,6 +456,13 @@ _FIXED: dict[ConditionKind, dict[str, Expr]] = {
 
 def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
+
+
+def _lost_behaviour(name: str, at: YamlNode) -> Behaviour:
+    """A behaviour of which nothing is known but its name."""
+    terminal = _unknown_condition(name, "terminal", at["terminal"], at)
+    error = _unknown_condition(name, "error", at["error"], at)
+    return Behaviour(name, (), terminal, error, "", Trace(), at.place, is_complete=False)
 
 
 def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:

@@ -40,6 +40,7 @@ RoleForm = Literal[
     "type",
     "interface",
     "signature",
+    "parameters",
     "name",
     "task",
     "argument",
@@ -470,6 +471,14 @@ MessageName = Annotated[
 PythonPath = Annotated[
     str,
     Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_path_fault),
+]
+ParametersText = Annotated[
+    str,
+    Text(
+        Role("parameters"),
+        "Parameters with their types, which a call gives values: `(to: pose[B, E])`.",
+        examples=("(to: pose[B, E], speed: real[m/s])",),
+    ),
 ]
 FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]
