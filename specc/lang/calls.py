@@ -69,6 +69,15 @@ class CallText:
         return ExprError(message, *at, f"it is called as `{usage(self.name, parameters)}`", _CODE)
 
 
+def names_of_parameters(signature: str) -> list[str]:
+    """The names of parameters in a signature; none if it cannot be read."""
+    try:
+        stretches, _ = parameter_parts(signature)
+    except ExprError:
+        return []
+    return [signature[first:last].partition(":")[0].strip() for first, last in stretches]
+
+
 def usage(name: str, parameters: Sequence[str]) -> str:
     """How something with parameters is called."""
     return f"{name}({', '.join(f'{parameter}: ...' for parameter in parameters)})"

@@ -204,7 +204,8 @@ class Writer:
 
         Outputs come before memory, so that no assignment reads a new value.
         """
-        parameters = tuple(self._parameter(term, activity) for term in parameter_terms)
+        terms = *activity.parameters, *parameter_terms
+        parameters = tuple(self._parameter(term, activity) for term in terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
         values = [term for term, code in self.nodes.known.items() if code.rank != PRIMARY]
         before, after = memory_order(activity.computations, values)
@@ -221,7 +222,8 @@ class Writer:
 
     def _parameter(self, term: Term, activity: Activity) -> str:
         annotation = self.module.annotations.of(term.type)
-        if term in activity.must_evaluate:
+        is_value = term in activity.parameters and term not in activity.deferred
+        if is_value or term in activity.must_evaluate:
             self.nodes.known[term] = Emitted(self.local(term))
             return f"{self.local(term)}: {annotation}"
         name = self.local(term, "get_")
@@ -248,6 +250,8 @@ def _with_let_trace(line: str, term: Term) -> str:
 
 def _local_hint(term: Term) -> str:
     match term.node:
+        case e.ParameterRef(name=name):
+            return name
         case e.Call(operator=operator):
             return e.source_name(operator).lower()
         case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
@@ -383,7 +387,7 @@ class CycleWriter(Writer):
                 self.write("self._periods = 0")
         if run.activity.computations:
             self.assign(run.always_needed)
-            arguments = []
+            arguments = self._given(run)
             for term in run.arguments:
                 if term not in run.always_needed:
                     self.defer(term)
@@ -393,6 +397,18 @@ class CycleWriter(Writer):
                 arguments.append(text)
             method = self.module.behaviour_methods[run.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
+
+    def _given(self, run: BehaviourRun) -> list[str]:
+        """The arguments for the parameters that a behaviour declares."""
+        activity, texts = run.activity, []
+        pairs = list(zip(activity.parameters, run.given, strict=True))
+        values = [given for parameter, given in pairs if parameter not in activity.deferred]
+        self.assign(self._shared_parts(values))
+        for parameter, given in pairs:
+            self.nodes.name_hint = f"{activity.behaviour.name}_{_local_hint(parameter)}"
+            text = self.emit(given)
+            texts.append(f"lambda: {text}" if parameter in activity.deferred else text)
+        return texts
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
@@ -412,7 +428,8 @@ class Methods:
         self._module = module
         self._table = table
         flows = Flows(subsystem, table, proofs)
-        self._activities = flows.activities
+        self._calls = flows.activities
+        self._activities = {a.behaviour.name: a for a in flows.activities.values()}
         self._first = flows.first_period()
         self._flows = {state.name: flows.state_flow(state.name) for state in subsystem.states}
         self.clocked = frozenset(s.name for s in subsystem.states if self._reads_clock(s.name))
@@ -442,7 +459,8 @@ class Methods:
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
-        terms = [work.value for work in self._activities[behaviour.name].computations]
+        terms = [work.value for work in self._calls[behaviour.name].computations]
+        terms += [self._table.of(argument) for argument in behaviour.arguments]
         terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
         rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
         terms += [self._table.of(row.condition.when) for _, row in rows]

@@ -249,7 +249,10 @@ class Module:
             self.state_methods = {
                 s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
             }
-            self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
+            names = dict.fromkeys(
+                (b.generic.part if b.generic else b).name for b in part.behaviours
+            )
+            self.behaviour_methods = {name: f"_{methods.new(name)}" for name in names}
 
     def plan_parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""

@@ -304,9 +304,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
-    | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items | FieldOf
-    | Component | Quantifier | Unknown
+    | ConstantRef | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag | Call
+    | Builtin | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items
+    | FieldOf | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

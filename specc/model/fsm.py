@@ -90,6 +90,18 @@ class Generic:
     part: Behaviour | Function
     parameters: tuple[Parameter, ...]
 
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """The conditions that end it, if it is a behaviour."""
+        part = self.part
+        return (part.terminal, part.error) if isinstance(part, Behaviour) else ()
+
+    @property
+    def exprs(self) -> list[tuple[Place, Expr]]:
+        """All expressions in it, each with the place of what it is the value of."""
+        values = [(item.place, item.value) for item in self.part.assignments]
+        return values + [(end.place, end.when) for end in self.conditions]
+
 
 @dataclass(frozen=True, slots=True)
 class Function:

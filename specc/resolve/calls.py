@@ -18,7 +18,7 @@ from specc.lang.types import parameter_parts, parse_parameters
 from specc.model.expr import Call, Expr, ParameterRef, Unknown, map_children
 from specc.model.fsm import Behaviour, Condition, Function, Generic, Parameter
 from specc.model.types import Bool
-from specc.resolve.context import Meaning, TypeText, Use, YamlNode
+from specc.resolve.context import Meaning, TypeText, YamlNode
 from specc.resolve.expressions import Expressions
 from specc.source import Place
 
@@ -49,7 +49,7 @@ def parameters_at(
     for (name, type_), first in zip(types.items(), starts, strict=True):
         start = text.index(name, first)
         place = at.place.within(start, start + len(name))
-        findings.uses.append(Use(place, place, type_))
+        findings.use(place, at, start=start, end=start + len(name), type=type_)
         found.append(Parameter(name, type_, place))
         _check_name(name, place, scope, expressions)
     return tuple(found)
@@ -134,8 +134,8 @@ def arguments_at(
     for parameter in parameters:
         argument = given[parameter.name]
         if argument.name[0] < argument.name[1]:
-            place = where.place.within(*argument.name)
-            findings.uses.append(Use(place, parameter.place, parameter.type))
+            start, end = argument.name
+            findings.use(parameter.place, where, start=start, end=end, type=parameter.type)
         # Its offsets are those in the whole text.
         text = " " * argument.start + call.text[argument.start : argument.end]
         value = expressions.value(where, text, scope, parameter.type, parameter.place)

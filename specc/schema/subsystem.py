@@ -281,8 +281,12 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
         None, "All that it does in every period, if it has one state only.", step="ends"
     )
     conditions: ConditionsDef = key(ConditionsDef, "Initial, terminal and error conditions.")
-    functions: dict[Name, DeclaredFunctionDef] = key({}, "Transition functions.", defines="function")
-    behaviours: dict[Name, DeclaredBehaviourDef] = key({}, "What can run in a state.", defines="behaviour")
+    functions: dict[Name, DeclaredFunctionDef] = key(
+        {}, "Transition functions.", defines="function"
+    )
+    behaviours: dict[Name, DeclaredBehaviourDef] = key(
+        {}, "What can run in a state.", defines="behaviour"
+    )
     states: dict[Name, StateDef] = key(
         {}, "States, each with its behaviour.", defines="state", step="fsm"
     )
