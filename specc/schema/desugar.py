@@ -140,7 +140,7 @@ class _Desugaring:
         copied: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
-            inner = node.below(key)
+            inner = node.below(key, one)
             at = route_below(value, key, route)
             kind = inner.kind
             is_single = isinstance(kind, ListKind) and type(one) in kind.form.single

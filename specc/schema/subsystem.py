@@ -1,6 +1,7 @@
 """Shape of a subsystem: buffers, memory, conditions, functions, behaviours, tables (2.3, 2.4)."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
 from specc.model.fsm import Cause
@@ -155,6 +156,16 @@ class DeclaredFunctionDef(FunctionDef, first="signature"):
     """A transition function with a name, and with parameters if it has a signature."""
 
     signature: ParametersText | None = None
+
+    @classmethod
+    def is_key(cls, name: Any, value: Any = None) -> bool:
+        """As of any mapping; `signature` may be memory, whose value is no list of parameters."""
+        is_other = name == "signature" and value is not None
+        is_target = is_other and not _PARAMETERS.search(str(value))
+        return super().is_key(name) and not is_target
+
+
+_PARAMETERS = re.compile(r"^\s*\(\s*\)|->|^[^\[{]*\w\s*:")
 
 
 class UsedFunctionDef(FunctionDef, short="function"):

@@ -114,7 +114,7 @@ def _definition(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
         case "initial condition" | "terminal condition" | "error condition":
             keys = ("when",)
         case "behaviour":
-            keys = ("functions", "terminal", "error")
+            keys = ("signature", "functions", "terminal", "error")
         case "function" | "interface":
             keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
         case "state":
