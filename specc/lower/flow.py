@@ -248,7 +248,7 @@ class Flows:
         self, state: str, row: int = -1, *, is_entry: bool = False, is_same_state: bool = False
     ) -> BehaviourRun:
         target = self._subsystem.state(state)
-        taken = self._subsystem.transitions[row].sets if row >= 0 else ()
+        sets = self._subsystem.transitions[row].sets if row >= 0 else ()
         own = target.for_modes
         return BehaviourRun(
             self.activities[target.behaviour.name],
@@ -256,7 +256,7 @@ class Flows:
             row,
             is_entry,
             is_same_state,
-            sets=tuple((name, self._table.of(value)) for name, value in taken),
+            sets=tuple((name, self._table.of(value)) for name, value in sets),
             updates=tuple(
                 Computation(own, item, self._table.of(item.value)) for item in own.assignments
             )

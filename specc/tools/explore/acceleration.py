@@ -311,8 +311,8 @@ def _is_same_step(one: RepeatedStep, two: RepeatedStep, times: int) -> bool:
         return False
     if one.move.row >= 0:
         plain, drawn = (walker.known_at_entry(one.move.row, known) for known in (plain, drawn))
-    taken = one.move.row, one.move.target
-    written, next_ = (dict(walker.assignments(*taken, known)) for known in (plain, drawn))
+    step = one.move.row, one.move.target
+    written, next_ = (dict(walker.assignments(*step, known)) for known in (plain, drawn))
     given, then = (walker.assigned_numbers(each.after, each.move.sent) for each in (one, two))
     values = {key: tuple(map(walker.values.value, (given[key], then[key]))) for key in written}
     return written.keys() == next_.keys() and all(
