@@ -410,7 +410,10 @@ d    | P | cause=terminal
         " before the state's own.",
         """
 behaviours:
-  work: {functions: [keep], terminal: came, error: {x2: "x.desk.order in {a, b}", x1: "x.desk.order in {a, b, c}"}}
+  work:
+    functions: [keep]
+    terminal: came
+    error: {x2: "x.desk.order in {a, b}", x1: "x.desk.order in {a, b, c}"}
 states: {A: work, B: wait, C: wait, P: wait}
 modes: {W: {states: [A], error: {m: x.desk.order == a}}}
 transitions:
@@ -455,7 +458,8 @@ b    | B | cause=terminal
         "`error` covers the causes that no row of that state names.",
         """
 states: {A: wait, B: wait, C: wait, P: wait}
-modes: {W: {states: [A], error: {e1: x.desk.order == a, e2: x.desk.order == b, e3: x.desk.order == c}}}
+modes:
+  W: {states: [A], error: {e1: x.desk.order == a, e2: x.desk.order == b, e3: x.desk.order == c}}
 transitions:
   - [W, e1, always, B]
   - [W, error, always, C]

@@ -45,7 +45,7 @@ def parsed(text: Any) -> ast.expr:
     return ast.parse(str(text).strip(), mode="eval").body
 
 
-def worth(e: ast.expr, now: Now) -> Value:  # noqa: C901  # a case for each kind of node
+def worth(e: ast.expr, now: Now) -> Value:  # a case for each kind of node
     """The value; raises `Absent`, `Nothing`, and what arithmetic raises."""
     match e:
         case ast.Constant(value=value):
