@@ -125,6 +125,10 @@ class Written:
             f"{sources} {cause} {when} -> {to}",
         )
 
+    def kinds_of(self, name: str) -> tuple[str, ...]:
+        """The kinds of the conditions that are declared by a name."""
+        return tuple(kind for kind, other in self.conditions if other == name)
+
     # The tree --------------------------------------------------------------------------
 
     def modes_of(self, name: str) -> tuple[str, ...]:

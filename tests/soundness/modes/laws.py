@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
+from io import StringIO
 from itertools import zip_longest
 from pathlib import Path
 from random import Random
 
+from specc.cli import main
 from specc.pipeline import Result
+from specc.pipeline import generated as generate
 from tests.soundness.law import warned
-from tests.soundness.modes.hierarchical import Failure, Step, Tree
-from tests.soundness.modes.scripted import NAME, difference, generated, interpreted, script
+from tests.soundness.modes.exploring import BUDGET, beyond, misjudged, runs_of, with_goals
+from tests.soundness.modes.hierarchical import Failure, Step, Tree, Written
+from tests.soundness.modes.never import claims_of, refuted
+from tests.soundness.modes.recordings import package_of, record, replayed, reproduced
+from tests.soundness.modes.refutations import unconfirmed
+from tests.soundness.modes.scripted import (
+    NAME,
+    control_of,
+    difference,
+    generated,
+    interpreted,
+    script,
+)
 from tests.soundness.running import compiled
 
 ABOUT_MACHINES = ("E06", "E07", "O06")
@@ -74,6 +89,75 @@ def accepted_decides(
     for failure in failures if result.ok else ():
         if not is_excused(result, failure):
             found.wrong.append(f"{seed}: accepted, but {failure}")
+
+
+def refused_is_refuted(tree: Tree, folder: Path, seed: str, found: Findings) -> None:
+    """Law: what a finding about rows says can happen, happens in the interpreter."""
+    result = compiled(dict(tree), folder)
+    if is_well_formed(result, seed, found) and not result.ok:
+        written = Written(control_of(tree))
+        about = [d for d in result.diagnostics if d.code in ("E0601", "E0602")]
+        found.counts["refutations"] += len(about)
+        found.wrong += [f"{seed}: not so, {text}" for text in unconfirmed(written, about, seed)]
+
+
+def never_is_never(
+    tree: Tree, folder: Path, seed: str, found: Findings, runs: int = 4, periods: int = 80
+) -> None:
+    """Law: what findings say never happens does not happen in runs."""
+    result = compiled(dict(tree), folder)
+    if not is_well_formed(result, seed, found) or not result.ok:
+        return
+    written = Written(control_of(tree))
+    claims = claims_of(result.diagnostics, written)
+    found.counts["claims"] += claims.count
+    for run in range(runs):
+        inputs = script(Random(f"{seed} {run}"), periods)
+        found.wrong += [f"{seed}: {text}" for text in refuted(written, claims, inputs)][:2]
+
+
+def explored_is_all(
+    tree: Tree, folder: Path, seed: str, found: Findings, runs: int = 4, periods: int = 80
+) -> None:
+    """Law: runs come to no other states than exploring, and violate nothing that is proved."""
+    tree = with_goals(tree)
+    result = compiled(dict(tree), folder)
+    if not is_well_formed(result, seed, found) or not result.ok:
+        return
+    made = runs_of(tree, seed, runs, periods)
+    for wrong, count in (beyond(result, made), misjudged(result, tree, made)):
+        found.wrong += [f"{seed}: {text}" for text in wrong]
+        found.counts["complete or proved"] += count
+
+
+def traces_are_runs(tree: Tree, folder: Path, seed: str, found: Findings) -> None:
+    """Law: the runs that exploring makes of its traces replay, and are runs of the interpreter."""
+    tree = with_goals(tree)
+    result = compiled(dict(tree), folder)
+    if not is_well_formed(result, seed, found) or not result.ok:
+        return
+    spec, traces = folder / "spec.yaml", folder / f"traces {seed}"
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        main(["explore", str(spec), "--budget", str(BUDGET), "--traces", str(traces)])
+    package = package_of(generate(result, str(spec), is_read=False), folder)
+    for file in sorted(traces.glob("*.mcap")):
+        found.counts["traces"] += 1
+        wrong = [*replayed(package, folder, file), *reproduced(tree, file)]
+        found.wrong += [f"{seed}: {file.name}: {text}" for text in wrong]
+
+
+def recordings_replay(tree: Tree, folder: Path, seed: str, found: Findings) -> None:
+    """Law: a recording replays, in real time too, and the interpreter does the same."""
+    result = compiled(dict(tree), folder)
+    if not is_well_formed(result, seed, found) or not result.ok:
+        return
+    code = generate(result, str(folder / "spec.yaml"), is_read=False, tests_all_rows=True)
+    package = package_of(code, folder)
+    for stalls in (0.0, 0.15):
+        file = record(package, folder, Random(f"{seed} {stalls}"), 60, stalls)
+        wrong = [*replayed(package, folder, file), *reproduced(tree, file)]
+        found.counts["recordings"] += 1
+        found.wrong += [f"{seed}: {text}" for text in wrong]
 
 
 def is_excused(result: Result, failure: Failure) -> bool:
