@@ -298,8 +298,8 @@ class PresentValues:
         """State -> its successors, itself included, each with the conditions that hold then."""
         found: dict[str, list[tuple[str, Premises]]] = {}
         for state in self._subsystem.states:
-            ends = (state.behaviour.terminal.when, state.behaviour.error.when)
-            found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
+            ends = (negation(condition.when) for _, condition in state.behaviour.endings[::-1])
+            found[state.name] = [(state.name, self._timeless(ends))]
         for row in self._rows:
             before = as_conditions(
                 self._subsystem.state(row.source).behaviour.facts_after(row.cause)

@@ -381,6 +381,7 @@ class CycleWriter(Writer):
                 self.write(f"self.state, self._work = {state}, self.{method}")
             if run.target in self.clocked:
                 self.write("self._periods = 0")
+            self._set_modes(run.sets)
         if run.activity.computations:
             self.assign(run.always_needed)
             arguments = []
@@ -393,6 +394,17 @@ class CycleWriter(Writer):
                 arguments.append(text)
             method = self.module.behaviour_methods[run.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
+        for update in run.updates:
+            self.write(f"{self.target(update)} = {self.emit(update.value)}")
+
+    def _set_modes(self, sets: Iterable[tuple[str, Term]]) -> None:
+        """Write what a row sets; what was computed from the old values is not known any more."""
+        names = {name for name, _ in sets}
+        known = self.nodes.known.items()
+        self.nodes.known = {t: code for t, code in known if not t.memory & names}
+        for name, value in sets:
+            self.nodes.used_buffers.add("memory")
+            self.write(f"memory.{self.module.memory[name]} = {self.emit(value)}")
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
@@ -421,7 +433,10 @@ class Methods:
         # What conditions that lead to a behaviour may have computed already.
         offered: dict[str, TermSet] = defaultdict(lambda: NONE)
         for enter, before in entries:
-            fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
+            names = {name for name, _ in enter.sets}
+            fixed = (
+                t for t in before if not (enter.is_entry and t.reads_clock) and not t.memory & names
+            )
             offered[enter.activity.behaviour.name] |= frozenset(fixed)
         self._arguments = {
             name: behaviour_parameters(activity, offered[name])
@@ -444,7 +459,7 @@ class Methods:
         behaviour = self._subsystem.state(state).behaviour
         terms = [work.value for work in self._activities[behaviour.name].computations]
         terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
-        rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
+        rows = [r for cause in behaviour.causes for r in self._subsystem.rows(state, cause)]
         terms += [self._table.of(row.condition.when) for _, row in rows]
         terms += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
         return any(term.reads_clock for term in terms)
