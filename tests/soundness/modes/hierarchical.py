@@ -174,6 +174,8 @@ class Step:
     row: str
     sent: tuple[tuple[str, Value], ...]
     memory: tuple[tuple[str, Value], ...]
+    active: tuple[str, ...]
+    """The modes of the state, outermost first."""
     lasted: tuple[tuple[str, int], ...]
     """The periods of each mode."""
     left: tuple[tuple[str, str], ...]
@@ -249,6 +251,7 @@ class Machine:
             taken.text if taken else "",
             sent,
             tuple(self.memory.items()),
+            self.stack,
             tuple((m, self.lasted.get(m, 0)) for m in self.written.modes),
             tuple((m, self.left[m]) for m in self.written.modes if m in self.left),
             tuple(m for m in self.written.modes if m in self.entered),

@@ -17,6 +17,8 @@ STEADY = {"go": "bool", "n": "int", "d": "real[m]", "k": "Colour"}
 """What comes in every period, from a device through an effector."""
 SPORADIC = {"e": "int", "c": "Colour"}
 """What comes now and then, from a receptor; without a value until then."""
+IN_STATES = False
+"""Whether behaviours may stand in their states."""
 TIMES = ("0.1", "0.2", "0.3", "0.5")
 
 
@@ -388,7 +390,7 @@ class Author:
             name = self.behaviour_of[state]
             alone = list(self.behaviour_of.values()).count(name) == 1
             states[state] = name
-            if alone and self.modes and not self.errors.get(name) and self.rng.random() < 0.5:
+            if alone and self.modes and IN_STATES and not self.errors.get(name) and self.rng.random() < 0.5:
                 states[state] = behaviours.pop(name)
         used = set(self.behaviour_of.values())
         behaviours = {name: part for name, part in behaviours.items() if name in used}
@@ -434,7 +436,7 @@ class Author:
         """The whole file as a tree of mappings, lists and texts."""
         control = self.control()
         tree: Tree = {
-            "specc": 1.3 if self.modes else 1.2,
+            "specc": 1.2,
             "system": "random_modes",
             "types": {"Colour": f"enum[{', '.join(COLOURS)}]"},
             "agents": {"a": {**_surroundings(), "control": control}},

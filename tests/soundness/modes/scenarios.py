@@ -81,7 +81,7 @@ class Case:
         return SYSTEM.format(version=VERSION) + indented
 
 
-VERSION = "1.3"
+VERSION = "1.2"
 
 CASES = (
     Case(
@@ -524,7 +524,7 @@ none | A |
 none | A |
 a    | ! e1 0 |
 """,
-        "E0601 state `A`",
+        "E0601 `A`",
     ),
     Case(
         "rows of a mode and of its states are one table",
@@ -618,6 +618,7 @@ a    | P | t=3
         "Initial conditions of the row that is taken read the old values.",
         """
 conditions: {initial: {old: "elapsed(W) >= 2[s]"}}
+states: {A: wait, B: wait}
 modes: {W: {states: [A, B], initial: A}}
 transitions:
   - [A, terminal, old, W]

