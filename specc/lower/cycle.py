@@ -131,7 +131,7 @@ class Writer:
         names = self._locals[prefix]
         if term not in names:
             names[term] = self.nodes.names.new(
-                prefix + (term.let.name if term.let else _local_hint(term))
+                prefix + (term.let.name.rstrip(")") if term.let else _local_hint(term))
             )
         return names[term]
 
@@ -295,7 +295,11 @@ class CycleWriter(Writer):
 
     def _check(self, check: Check) -> None:
         self.nodes.name_hint = check.condition.name
-        test = self._test(check.test, check.must_evaluate(self.nodes.known))
+        method = self.module.condition_methods.get(check.condition.name)
+        if method and not any(term.is_costly for term in check.test.maybe_evaluated):
+            test = f"self.{method}()"
+        else:
+            test = self._test(check.test, check.must_evaluate(self.nodes.known))
         with self.block(_condition(f"if {test}:", check.condition)):
             self.flow(check.rows)
         self.flow(check.otherwise)
@@ -453,7 +457,23 @@ class Methods:
         ]
         # What the others ask for is known last.
         start = self._start_method()
-        return (self._step_method(), start, *self._finalise_methods(), *states, *behaviours)
+        shared = self._condition_methods()
+        first = self._step_method(), start, *self._finalise_methods()
+        return (*first, *states, *shared, *behaviours)
+
+    def _condition_methods(self) -> Iterator[MethodPlan]:
+        """The error conditions that states of a mode share."""
+        for mode in self._subsystem.modes:
+            for cause, error in mode.errors:
+                method = self._module.condition_methods.get(error.name)
+                test = self._table.of(error.when)
+                is_costly = any(term.is_costly for term in test.maybe_evaluated)
+                if method and not is_costly and not isinstance(test.node, e.Truth):
+                    writer = self._writer(test)
+                    writer.write(f"return {writer.emit(test)}")
+                    title = error.title or f"Error condition {cause} of mode {mode.name}"
+                    doc = docstring(title, str(error.trace))
+                    yield MethodPlan(method, (), "bool", doc, writer.body())
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
@@ -475,7 +495,8 @@ class Methods:
             writer.write("self._periods += 1")
         writer.constant_conditions(declared.behaviour)
         writer.flow(flow)
-        doc = docstring(declared.title or f"State {state}", str(declared.trace))
+        around = f", in {' in '.join(reversed(declared.modes))}" if declared.modes else ""
+        doc = docstring((declared.title or f"State {state}") + around, str(declared.trace))
         return MethodPlan(self._module.state_methods[state], (), "int", doc, writer.body())
 
     def _behaviour_method(self, activity: Activity) -> MethodPlan:

@@ -251,6 +251,13 @@ class Module:
                 s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
             }
             self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
+            self.condition_methods = {
+                error.name: f"_{methods.new(error.name)}"
+                for mode in part.modes
+                for _, error in mode.errors
+                if len(mode.states) > 1
+            }
+            """Methods of error conditions that the states of a mode share."""
 
     def plan_parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""

@@ -306,9 +306,22 @@ class Subsystem:
             for item in behaviour.assignments:
                 by_name = found.setdefault((item.peer, item.name), {})
                 by_name.setdefault(behaviour.name, []).append(item.value)
+        # A behaviour of several states is the same in all of them but for what it does for modes.
+        for item in (a for s in self.states if s.for_modes for a in s.for_modes.assignments):
+            found[item.peer, item.name] = {"": [item.value]}
         for name, value in (each for row in self.transitions for each in row.sets):
             found.setdefault(("", name), {}).setdefault("", []).append(value)
         return found
+
+    @cached_property
+    def changing_memory(self) -> frozenset[str]:
+        """Memory that some behaviour, state or row assigns."""
+        assigned = (item for behaviour in self.behaviours for item in behaviour.assignments)
+        return frozenset(
+            name
+            for peer, name in (*((a.peer, a.name) for a in assigned), *self.assigned_values)
+            if not peer
+        )
 
     @cached_property
     def _rows(self) -> dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]]:

@@ -203,7 +203,7 @@ class FlatTable:
 
     def cause(self, state: str, error: str) -> Cause:
         """How an error condition of a state is called as a cause."""
-        is_only = len(self.errors[state]) == 1 and error not in self._named.get(state, ())
+        is_only = len(self.errors[state]) < 2 and error not in self._named.get(state, ())
         return "error" if is_only or not error else error
 
     def _written(self) -> Iterator[FlatRow]:
