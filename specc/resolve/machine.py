@@ -11,6 +11,7 @@ from specc.diagnostics import Related
 from specc.lang import Scope
 from specc.model.expr import FALSE, TRUE, Compare, Expr, Member, junction, negation
 from specc.model.fsm import (
+    NEVER_LEFT,
     OTHERWISE,
     Assignment,
     Axiom,
@@ -387,7 +388,9 @@ class MachineResolver:
             condition, is_remainder = conditions[row.index]
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
-            rest = condition, row.target, trace, place, is_remainder, row.resumes, memory.sets(row)
+            is_return = row.remembered not in ("", NEVER_LEFT)
+            modes = row.resumes, is_return, memory.sets(row)
+            rest = condition, row.target, trace, place, is_remainder, *modes
             rows.append(Transition(row.source, row.cause, *rest))
         remembered = [row.remembered for row in memory.table.rows]
         complete = zip(_with_remainders(rows), remembered, strict=True)

@@ -390,7 +390,13 @@ class Author:
             name = self.behaviour_of[state]
             alone = list(self.behaviour_of.values()).count(name) == 1
             states[state] = name
-            if alone and self.modes and IN_STATES and not self.errors.get(name) and self.rng.random() < 0.5:
+            if (
+                alone
+                and self.modes
+                and IN_STATES
+                and not self.errors.get(name)
+                and self.rng.random() < 0.5
+            ):
                 states[state] = behaviours.pop(name)
         used = set(self.behaviour_of.values())
         behaviours = {name: part for name, part in behaviours.items() if name in used}
