@@ -105,17 +105,21 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     named |= {(MemoryRef, item.name): item for item in subsystem.memory}
     every: list[SubsystemPart] = [*subsystem.behaviours, *subsystem.functions]
     every += [*subsystem.generics, *subsystem.conditions, *named.values()]
-    parts: dict[int, SubsystemPart] = {id(part): part for part in every}
+    parts: dict[str, SubsystemPart] = {_label(part): part for part in every}
     start: list[SubsystemPart] = [state.behaviour for state in subsystem.states]
-    start += [row.condition for row in subsystem.transitions if id(row.condition) in parts]
-    start += _named_in([axiom.that for axiom in subsystem.axioms], named)
+    start += [error for mode in subsystem.modes for _, error in mode.errors]
+    start += [row.condition for row in subsystem.transitions]
+    exprs = [row.condition.when for row in subsystem.transitions if row.resumes]
+    start += _named_in([*exprs, *(axiom.that for axiom in subsystem.axioms)], named)
     start += [item for item in subsystem.memory if item.name in watched]
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
-    used = reachable(map(id, start), lambda one: map(id, _direct_uses(parts.get(one), named)))
-    left = {key: part for key, part in parts.items() if key not in used}
-    unused = {_label(p): p for p in left.values() if not getattr(p, "generic", None)}
-    edges = {label: set(map(_label, _direct_uses(part, named))) for label, part in unused.items()}
+    uses = {label: [*map(_label, _direct_uses(part, named))] for label, part in parts.items()}
+    used = reachable(map(_label, start), lambda label: uses.get(label, ()))
+    left = {label: part for label, part in parts.items() if label not in used}
+    # Calls are there for what names them.
+    unused = {label: part for label, part in left.items() if not getattr(part, "generic", None)}
+    edges = {label: set(uses[label]) for label in unused}
     yield from _unused_findings(
         "W0611", {label: _place(part) for label, part in unused.items()}, edges, _NONE
     )
@@ -149,7 +153,8 @@ def _direct_uses(part: SubsystemPart | None, named: Readable) -> list[SubsystemP
             calls = [call for call in functions if call.generic]
             of_calls = [used for call in calls for used in _direct_uses(call, named)]
             own = [part.generic] if part.generic else []
-            return [*functions, part.terminal, part.error, *own, *of_calls]
+            errors = [error for _, error in part.errors]
+            return [*functions, part.terminal, *errors, *own, *of_calls]
         case Function(assignments=items):
             written = [(MemoryRef, item.name) for item in items if not item.peer]
             found: list[SubsystemPart] = [named[name] for name in written if name in named]

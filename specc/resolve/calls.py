@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from keyword import iskeyword
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from specc.diagnostics import Related
 from specc.lang import RESERVED, Declaration, ExprError, Scope, count_parts
@@ -20,6 +20,7 @@ from specc.model.fsm import Behaviour, Condition, Function, Generic, Parameter
 from specc.model.types import Bool
 from specc.resolve.context import Meaning, TypeText, YamlNode
 from specc.resolve.expressions import Expressions
+from specc.schema.subsystem import SubsystemDef
 from specc.source import Place
 
 # Signatures.
@@ -180,16 +181,17 @@ def with_arguments(generic: Generic, arguments: Arguments) -> Function | Behavio
         _renamed(_function(function, arguments), part.name, arguments)
         for function in part.functions
     )
-    terminal, error = (
+    terminal, *errors = (
         _renamed(_condition(end, arguments), part.name, arguments)
-        for end in (part.terminal, part.error)
+        for end in (part.terminal, *(error for _, error in part.errors))
     )
+    causes = [cause for cause, _ in part.errors]
     return replace(
         part,
         name=name,
         functions=functions,
         terminal=terminal,
-        error=error,
+        errors=tuple(zip(causes, errors, strict=True)),
         generic=generic,
         arguments=tuple(arguments.values.values()),
     )
@@ -230,3 +232,79 @@ def _substituted(expr: Expr, arguments: Arguments) -> Expr:
     if isinstance(expr, ParameterRef):
         return moved(arguments.values[expr.name], expr.span)
     return map_children(expr, lambda part: _substituted(part, arguments))
+
+
+# The behaviours and functions of one subsystem that have parameters.
+
+
+PartKind = Literal["behaviour", "function"]
+"""What may have parameters."""
+
+
+@dataclass(eq=False, slots=True)
+class Generics:
+    """What is `known` of those with a signature, by kind and name; None if that has an error."""
+
+    definition: SubsystemDef
+    where: YamlNode
+    scope: Scope
+    expressions: Expressions
+    known: dict[tuple[PartKind, str], Generic | None] = field(default_factory=dict)
+
+    def parameters(
+        self, kind: PartKind, name: str, signature: str, at: YamlNode
+    ) -> tuple[Parameter, ...] | None:
+        """The parameters of a behaviour or function; None after reporting."""
+        findings = self.expressions.findings
+        self.known[kind, name] = None
+        found = parameters_at(at["signature"], signature, self.scope, self.expressions)
+        if found == ():
+            message, help = "a signature without parameters says nothing", "delete it"
+            findings.report("E0104", message, at["signature"].place, help=help)
+        return found or None
+
+    def called(
+        self, kind: PartKind, where: YamlNode, text: str, scope: Scope
+    ) -> Function | Behaviour | None:
+        """The behaviour or function that a call stands for; None after reporting."""
+        findings = self.expressions.findings
+        call = called_at(where, text, self.expressions)
+        if call is None:
+            return None
+        name, place = call.name, where.place.within(*call.span)
+        declared = getattr(self.definition, f"{kind}s")
+        if name not in declared:
+            if kind == "function" and name in self.definition.behaviours:
+                message = f"`{name}` is a behaviour, which only a state runs"
+                findings.report("E0201", message, place, help="name functions here")
+            else:
+                findings.unknown("E0201", kind, name, declared, place)
+            return None
+        start, end = call.span
+        findings.use(self.where[f"{kind}s"][name].key, where, start=start, end=end)
+        if (kind, name) not in self.known:
+            message = f"{kind} `{name}` has no parameters"
+            help = f"write `{name}`, or say what it takes: `signature: ...`"
+            findings.report("E0315", message, place, help=help)
+            return None
+        generic = self.known[kind, name]
+        if generic is None:
+            findings.suppressed += 1
+            return None
+        arguments = arguments_at(where, call, generic.parameters, scope, self.expressions)
+        try:
+            return with_arguments(generic, arguments)
+        except ExprError as error:
+            self.expressions.report(where, text, error)
+            return None
+
+    def report_bare(self, kind: PartKind, name: str, where: YamlNode) -> None:
+        """Report the name of no behaviour or function, or of one that takes arguments."""
+        findings, declared = self.expressions.findings, getattr(self.definition, f"{kind}s")
+        if name not in declared:
+            findings.unknown("E0201", kind, name, declared, where.place)
+        elif generic := self.known.get((kind, name)):
+            report_no_arguments(name, generic.parameters, where, self.expressions)
+            findings.use(generic.part.place, where)
+        elif (kind, name) in self.known:
+            findings.suppressed += 1

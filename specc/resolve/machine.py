@@ -2,43 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from fractions import Fraction
+from typing import Any
 
-from specc.lang import ExprError, Scope
-from specc.model.expr import FALSE, TRUE, Expr, junction, negation
+from specc.diagnostics import Related
+from specc.lang import Scope
+from specc.model.expr import FALSE, TRUE, Compare, Expr, Member, junction, negation
 from specc.model.fsm import (
+    NEVER_LEFT,
     OTHERWISE,
     Assignment,
     Axiom,
     Behaviour,
-    Cause,
     Condition,
     ConditionKind,
     Function,
     Generic,
-    Parameter,
+    Mode,
     State,
     Trace,
     Transition,
 )
-from specc.model.system import Element, Memory, Port
+from specc.model.system import Element, Let, Memory, Port
 from specc.model.types import Bool
 from specc.reachable import grouped
-from specc.resolve.calls import (
-    arguments_at,
-    called_at,
-    parameters_at,
-    report_no_arguments,
-    with_arguments,
-    with_parameters,
-)
+from specc.resolve.calls import Generics, with_parameters
 from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.uses import note_element, note_row, note_target
+from specc.resolve.modes import FlatTable, ModeMemory, ModeTree
+from specc.resolve.uses import note_element, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
     BehaviourDef,
@@ -50,10 +46,10 @@ from specc.schema.subsystem import (
     UsedFunctionDef,
 )
 
-PartKind = Literal["behaviour", "function"]
-"""What may have parameters."""
 _Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
+NamedErrors = tuple[tuple[str, Condition], ...]
+"""Error conditions by name, highest priority first."""
 _Exchanged = tuple[str, str, Element]
 """Peer and name of an element of a buffer, and the element."""
 
@@ -69,6 +65,8 @@ class MachineResolver:
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
+    lets: tuple[Let, ...]
+    rate_hz: Fraction
     expressions: Expressions
     _findings: Findings = field(init=False)
     _targets: dict[str, _Written] = field(init=False)
@@ -78,11 +76,19 @@ class MachineResolver:
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
-    _generics: dict[tuple[str, str], Generic | None] = field(default_factory=dict)
-    """Behaviours and functions with a signature, by kind and name; None if that has an error."""
+    _generics: Generics = field(init=False)
+    tree: ModeTree = field(init=False)
+
+    @property
+    def initial_state(self) -> str:
+        """The state of the first period; "" if it is not known."""
+        name = self.definition.initial_state or ""
+        name = self.tree.initial(name) if name in self.tree.members else name
+        return name if name in self.definition.states else ""
 
     def __post_init__(self) -> None:
         self._findings = self.expressions.findings
+        self._generics = Generics(self.definition, self.where, self.scope, self.expressions)
         outputs = [(p.peer, e) for p in self.ports if p.direction == "y" for e in p.elements]
         self._targets = {item.name: ("", item.name, item) for item in self.memory}
         self._outputs = {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
@@ -95,6 +101,8 @@ class MachineResolver:
 
         What has errors is unknown in it or left out, after reporting.
         """
+        self.tree = ModeTree(self.definition, self.where, self._findings)
+        self.tree.check_initials()
         kinds: tuple[ConditionKind, ...] = ("initial", "terminal", "error")
         for kind in kinds:
             for name, item in getattr(self.definition.conditions, kind).items():
@@ -104,81 +112,98 @@ class MachineResolver:
             at = self.where["functions"][name]
             if function.signature is None:
                 self._functions[name] = self._function(name, function, at, self.scope)
-            elif parameters := self._parameters("function", name, function.signature, at):
+            elif parameters := self._generics.parameters("function", name, function.signature, at):
                 part = self._function(name, function, at, with_parameters(self.scope, parameters))
-                self._generics["function", name] = Generic(part, parameters)
+                self._generics.known["function", name] = Generic(part, parameters)
         for name, behaviour in self.definition.behaviours.items():
             at = self.where["behaviours"][name]
             if behaviour.signature is None:
                 self._behaviours[name] = self._behaviour(name, behaviour, at, self.scope)
                 self._add_parts(self._behaviours[name])
-            elif parameters := self._parameters("behaviour", name, behaviour.signature, at):
+            elif parameters := self._generics.parameters(
+                "behaviour", name, behaviour.signature, at
+            ):
                 scope = with_parameters(self.scope, parameters)
                 whole = self._behaviour(name, behaviour, at, scope)
-                self._generics["behaviour", name] = Generic(whole, parameters)
-        states = self._states()
+                self._generics.known["behaviour", name] = Generic(whole, parameters)
+        errors = {name: self._mode_errors(name) for name in self.definition.modes}
+        states = self._states(errors)
+        table = FlatTable(self.tree, {state.name: _names(state.behaviour) for state in states})
+        functions = self._functions.values()
+        exprs = [item.value for function in functions for item in function.assignments]
+        exprs += [condition.when for condition in self._conditions.values()]
+        memory = ModeMemory.of(table, [*exprs, *(let.value for let in self.lets)])
         return {
             "conditions": tuple(self._conditions.values()),
             "functions": tuple(self._functions.values()),
             "behaviours": tuple(self._behaviours.values()),
-            "states": states,
-            "generics": tuple(filter(None, self._generics.values())),
-            "transitions": self._transitions(),
+            "generics": tuple(filter(None, self._generics.known.values())),
+            "states": tuple([_in_modes(state, memory) for state in states]),
+            "modes": self._modes(errors),
+            "lets": (*memory.lets(self.rate_hz), *self.lets),
+            "memory": (*self.memory, *memory.elements(self.initial_state)),
+            "transitions": self._transitions(memory),
             "axioms": self._axioms(),
         }
-
-    def _parameters(
-        self, kind: PartKind, name: str, signature: str, at: YamlNode
-    ) -> tuple[Parameter, ...] | None:
-        """The parameters of a behaviour or function; None after reporting."""
-        self._generics[kind, name] = None
-        found = parameters_at(at["signature"], signature, self.scope, self.expressions)
-        if found == ():
-            message, help = "a signature without parameters says nothing", "delete it"
-            self._findings.report("E0104", message, at["signature"].place, help=help)
-        return found or None
 
     def _add_parts(self, behaviour: Behaviour) -> None:
         """Add what is a part of the subsystem as part of this behaviour: what stands in place."""
         for function in behaviour.functions:
             self._functions.setdefault(function.name, function)
-        for condition in (behaviour.terminal, behaviour.error):
-            if condition.name.startswith(f"{behaviour.name}."):
+        errors = [error for _, error in behaviour.errors]
+        self._add_conditions(behaviour.name, [behaviour.terminal, *errors])
+
+    def _add_conditions(self, owner: str, conditions: Sequence[Condition]) -> None:
+        """Add the conditions that stand in place in a behaviour or mode."""
+        for condition in conditions:
+            if condition.name.startswith(f"{owner}."):
                 self._conditions[condition.kind, condition.name] = condition
 
-    def _called(
-        self, kind: PartKind, where: YamlNode, text: str, scope: Scope
-    ) -> Function | Behaviour | None:
-        """The behaviour or function that a call stands for; None after reporting."""
-        call = called_at(where, text, self.expressions)
-        if call is None:
-            return None
-        name, place = call.name, where.place.within(*call.span)
-        known = getattr(self.definition, f"{kind}s")
-        if name not in known:
-            if kind == "function" and name in self.definition.behaviours:
-                message = f"`{name}` is a behaviour, which only a state runs"
-                self._findings.report("E0201", message, place, help="name functions here")
-            else:
-                self._findings.unknown("E0201", kind, name, known, place)
-            return None
-        start, end = call.span
-        self._findings.use(self.where[f"{kind}s"][name].key, where, start=start, end=end)
-        if (kind, name) not in self._generics:
-            message = f"{kind} `{name}` has no parameters"
-            help = f"write `{name}`, or say what it takes: `signature: ...`"
-            self._findings.report("E0315", message, place, help=help)
-            return None
-        generic = self._generics[kind, name]
-        if generic is None:
-            self._findings.suppressed += 1
-            return None
-        arguments = arguments_at(where, call, generic.parameters, scope, self.expressions)
-        try:
-            return with_arguments(generic, arguments)
-        except ExprError as error:
-            self.expressions.report(where, text, error)
-            return None
+    def _mode_errors(self, mode: str) -> NamedErrors:
+        item, at = self.definition.modes[mode].error, self.where["modes"][mode]["error"]
+        if item is None:
+            return ()
+        if item.when is not None:
+            message = f"an error condition of mode `{mode}` has no name"
+            help = "give it one: `error: {name: ...}`"
+            self._findings.report("E0604", message, at.place, help=help)
+            return ()
+        errors = self._errors(mode, item, at, self.scope)
+        self._add_conditions(mode, [error for _, error in errors])
+        return errors
+
+    def _errors(self, owner: str, given: ErrorDef, at: YamlNode, scope: Scope) -> NamedErrors:
+        """The error conditions of a behaviour or mode, in order; "" names one without a name."""
+        found: list[tuple[str, Condition]] = []
+        if given.condition is not None or not given.named:
+            name = given.condition or ""
+            found.append((name, self._ending("error", owner, given, at, scope)))
+        for name, item in given.named.items():
+            if name in ("error", "terminal"):
+                message = f"an error condition cannot be called `{name}`"
+                help = "rows name all of them by `error`: choose another name"
+                self._findings.report("E0221", message, at[name].key, help=help)
+            found.append((name, self._declared("error", f"{owner}.{name}", item, at[name], scope)))
+        return tuple(found)
+
+    def _modes(self, errors: Mapping[str, NamedErrors]) -> tuple[Mode, ...]:
+        """The modes, each before those inside it."""
+        tree = self.tree
+        return tuple(
+            Mode(
+                name,
+                tree.states(name),
+                tree.parent.get(name, ""),
+                tree.initial(name),
+                errors[name],
+                item.title,
+                trace_of(item),
+                self.where["modes"][name].key,
+            )
+            for name, item in sorted(
+                self.definition.modes.items(), key=lambda item: len(tree.path(item[0]))
+            )
+        )
 
     def _declared(
         self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode, scope: Scope
@@ -273,10 +298,10 @@ class MachineResolver:
                 "O0606", message, at, "add `terminal:` with a condition, `always` or `never`"
             )
             end = _unknown_condition(name, "terminal", terminal, at)
-        error = self._ending("error", name, item.error or _NO_ERROR, at["error"], scope)
+        errors = self._errors(name, item.error or _NO_ERROR, at["error"], scope)
         is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
-        return Behaviour(name, functions, end, error, item.title, trace, at.key, is_complete)
+        return Behaviour(name, functions, end, errors, item.title, trace, at.key, is_complete)
 
     def _used(
         self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode, scope: Scope
@@ -296,27 +321,16 @@ class MachineResolver:
             self._findings.report("E0104", message, at.place, help=hint)
         where = at["function"]
         if "(" in used.function:
-            call = self._called("function", where, used.function, scope)
+            call = self._generics.called("function", where, used.function, scope)
             # Calls with equal arguments are one function.
             return self._functions.get(call.name, call) if isinstance(call, Function) else None
-        self._report_bare("function", used.function, where)
+        self._generics.report_bare("function", used.function, where)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
-    def _report_bare(self, kind: PartKind, name: str, where: YamlNode) -> None:
-        """Report the name of no behaviour or function, or of one that takes arguments."""
-        known = getattr(self.definition, f"{kind}s")
-        if name not in known:
-            self._findings.unknown("E0201", kind, name, known, where.place)
-        elif generic := self._generics.get((kind, name)):
-            report_no_arguments(name, generic.parameters, where, self.expressions)
-            self._findings.use(generic.part.place, where)
-        elif (kind, name) in self._generics:
-            self._findings.suppressed += 1
-
     def _ending(
         self,
-        kind: Cause,
+        kind: ConditionKind,
         behaviour: str,
         given: TerminalDef | ErrorDef,
         at: YamlNode,
@@ -336,7 +350,7 @@ class MachineResolver:
         self._findings.use(known.place, at["condition"])
         return known
 
-    def _states(self) -> tuple[State, ...]:
+    def _states(self, mode_errors: Mapping[str, NamedErrors]) -> list[State]:
         states, where = [], self.where["states"]
         if self.definition.states and not self.definition.behaviours:
             message = "the subsystem has no behaviours yet"
@@ -353,8 +367,24 @@ class MachineResolver:
             events = self._elements(item.ignores, at["ignores"], self._events, "E0201", "event")
             outputs = self._elements(item.holds, at["holds"], self._outputs, "E0201", "output")
             trace = trace_of(item)
-            states.append(State(name, behaviour, item.title, trace, at.key, events, outputs))
-        return tuple(states)
+            modes = self.tree.path(name)
+            around = [error for mode in modes for error in mode_errors[mode]]
+            own = [e for e in behaviour.errors if not around or e[1].when != FALSE]
+            self._check_names(name, [*around, *own])
+            behaviour = replace(behaviour, errors=(*around, *own))
+            states.append(State(name, behaviour, item.title, trace, at.key, events, outputs, modes))
+        return states
+
+    def _check_names(self, state: str, errors: Sequence[tuple[str, Condition]]) -> None:
+        """Report two error conditions of one name that hold in one state."""
+        first: dict[str, Condition] = {}
+        for name, condition in errors:
+            other = first.setdefault(name, condition)
+            if name and other is not condition:
+                message = f"state `{state}` has two error conditions called `{name}`"
+                related = (Related(other.place, "the first one"),)
+                help = "rows name them: rename one of them"
+                self._findings.report("E0205", message, condition.place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
@@ -372,7 +402,7 @@ class MachineResolver:
 
     def _run(self, text: str, at: YamlNode) -> Behaviour:
         """The behaviour that a state calls; states with equal calls have one behaviour."""
-        found = self._called("behaviour", at["behaviour"], text, self.scope)
+        found = self._generics.called("behaviour", at["behaviour"], text, self.scope)
         if not isinstance(found, Behaviour):
             return _lost_behaviour(text, at)
         if found.name not in self._behaviours:
@@ -385,29 +415,32 @@ class MachineResolver:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
         elif self.definition.behaviours:
-            self._report_bare("behaviour", name, at["behaviour"])
+            self._generics.report_bare("behaviour", name, at["behaviour"])
         return _lost_behaviour(name or state, at)
 
-    def _transitions(self) -> tuple[Transition, ...]:
-        rows, table = [], self.where["transitions"]
+    def _transitions(self, memory: ModeMemory) -> tuple[Transition, ...]:
+        table, conditions = self.where["transitions"], dict[int, tuple[Condition, bool]]()
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
-            known = self._is_state(item.target, at["to"])
-            note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
                 condition = self._undeclared("initial", when, at["when"])
-            rest = condition, item.target, trace_of(item), at.place, is_remainder
-            rows += [Transition(source, item.cause, *rest) for source in sources if known]
-        return _with_remainders(rows)
-
-    def _is_state(self, name: str, at: YamlNode) -> bool:
-        known = self.definition.states
-        if known and name not in known:
-            self._findings.unknown("E0201", "state", name, known, at.place)
-        return name in known
+            else:
+                self._findings.use(condition.place, at["when"])
+            conditions[index] = condition, is_remainder
+        rows = []
+        for row in memory.table.rows:
+            condition, is_remainder = conditions[row.index]
+            trace = trace_of(self.definition.transitions[row.index])
+            place = table[row.index].place
+            is_return = row.remembered not in ("", NEVER_LEFT)
+            modes = row.resumes, is_return, memory.sets(row)
+            rest = condition, row.target, trace, place, is_remainder, *modes
+            rows.append(Transition(row.source, row.cause, *rest))
+        remembered = [row.remembered for row in memory.table.rows]
+        complete = zip(_with_remainders(rows), remembered, strict=True)
+        return tuple([_where_left(row, state, memory) for row, state in complete])
 
     def _axioms(self) -> tuple[Axiom, ...]:
         axioms = []
@@ -433,6 +466,31 @@ def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
             row = replace(row, condition=condition)
         found.append(row)
     return tuple(found)
+
+
+def _where_left(row: Transition, state: str, memory: ModeMemory) -> Transition:
+    """A row that resumes a mode, where `left(mode)` is a state."""
+    if not row.resumes:
+        return row
+    last = memory.last_state(row.resumes)
+    test = Compare("==", last, Member(state, type=last.type), type=Bool())
+    when = junction("and", [row.condition.when, test])
+    return replace(row, condition=replace(row.condition, when=when))
+
+
+def _names(behaviour: Behaviour) -> tuple[str, ...]:
+    """The names of the error conditions of a state, "" for one without; none if there are none."""
+    return tuple(name for name, error in behaviour.errors if error.when != FALSE)
+
+
+def _in_modes(state: State, memory: ModeMemory) -> State:
+    """A state with the causes by which rows know its errors, and what it does for its modes."""
+    behaviour, table = state.behaviour, memory.table
+    causes = ((table.cause(state.name, name), error) for name, error in behaviour.errors)
+    own = memory.function(state.name, state.place)
+    functions = (*behaviour.functions, own) if own else behaviour.functions
+    behaviour = replace(behaviour, errors=tuple(causes), functions=functions)
+    return replace(state, behaviour=behaviour, for_modes=own)
 
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
@@ -461,8 +519,8 @@ def _article(kind: str) -> str:
 def _lost_behaviour(name: str, at: YamlNode) -> Behaviour:
     """A behaviour of which nothing is known but its name."""
     terminal = _unknown_condition(name, "terminal", at["terminal"], at)
-    error = _unknown_condition(name, "error", at["error"], at)
-    return Behaviour(name, (), terminal, error, "", Trace(), at.place, is_complete=False)
+    errors = (("", _unknown_condition(name, "error", at["error"], at)),)
+    return Behaviour(name, (), terminal, errors, "", Trace(), at.place, is_complete=False)
 
 
 def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:
