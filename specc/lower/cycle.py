@@ -428,7 +428,10 @@ class CycleWriter(Writer):
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
-    return with_trace(line, condition.trace or trace, condition.name)
+    """A line with the name of a condition; that of one in a call goes without the arguments."""
+    called, _, arguments = condition.name.partition("(")
+    name = called + arguments.rpartition(")")[2]
+    return with_trace(line, condition.trace or trace, name)
 
 
 # The methods of a generated class: step, first period, one for each state and each behaviour.

@@ -41,11 +41,12 @@ def two_of(tree: Tree, rng: Random) -> tuple[Tree, Tree]:
 
     In both, some values stand behind a guard as well.
     """
-    for functions in (part["functions"] for part in _subsystems(tree)):
-        for name, targets in functions.items():
+    for part in _subsystems(tree):
+        for name, targets in part["functions"].items():
             for key in targets if name != "probe" else ():
-                if rng.randrange(4) == 0 and key != "kept":  # which is a list that has items
-                    targets[key] = f"({targets[key]}) if entered else ({targets[key]})"
+                # `kept` is a list that has items.
+                if rng.randrange(3) == 0 and key in part["memory"] and key != "kept":
+                    targets[key] = f"({targets[key]}) if entered else {key}"
     found = copy.deepcopy(tree)
     for part in _subsystems(found):
         _Lifting(part, found.get("interfaces", {}), rng).lift()
@@ -126,16 +127,13 @@ class _Lifting:
         return f"{name}({', '.join(passed(type_, text) for type_, text in given)})"
 
 
-_GUARDED = re.compile(r"\((.*)\) if entered else \((.*)\)")
+_GUARDED = re.compile(r"\((.*)\) if entered else (\w+)")
 
 
 def _lifted(text: str, passed: Callable[[str], str]) -> str:
     """A parameter for the text, or for what stands behind its guard."""
     guarded = _GUARDED.fullmatch(text)
-    if guarded is None or guarded[1] != guarded[2]:
-        return passed(text)
-    name = passed(guarded[1])
-    return f"({name}) if entered else ({name})"
+    return f"({passed(guarded[1])}) if entered else {guarded[2]}" if guarded else passed(text)
 
 
 def unlike(tree: Tree, folder: Path, seed: int) -> Iterator[str]:
