@@ -75,7 +75,7 @@ def _family_key(part: Subsystem | Device, proofs: Proofs) -> object:
     proved = tuple(
         proofs.is_proved(part.qualified_name, state.name, cause)
         for state in part.states
-        for cause in ("terminal", "error")
+        for cause in state.behaviour.causes
     )
     ports = tuple(replace(port, other_end="") for port in part.ports)
     own = (part.kind, part.title, part.rate_hz, ports, part.memory, part.lets, part.conditions)

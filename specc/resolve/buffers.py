@@ -48,7 +48,8 @@ def resolve_buffers(
         for m in resolved
         if _is_unambiguous(m.name, expressions)
     }
-    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True)
+    modes = definition.modes.keys()
+    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True, modes=modes)
     found, scope = _lets(definition, where["let"], inside, expressions)
     return ports, resolved, found, scope
 
