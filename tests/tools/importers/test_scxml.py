@@ -61,6 +61,12 @@ CHARTS = {
       <state id="work"><transition cond="!ready" target="rest"/></state>""",
     "both": """<state id="rest"><transition event="go" cond="comes" target="work"/></state>
       <state id="work"><transition event="stop" target="rest"/></state>""",
+    "modes": """<state id="rest"><transition event="go" target="back"/></state>
+      <state id="work"><history id="back" type="deep"><transition target="one"/></history>
+        <transition event="stop" target="rest"/>
+        <transition event="done.state.work" cond="done" target="rest"/>
+        <state id="one"><transition event="next" target="two"/></state>
+        <state id="two"><transition event="next" target="end"/></state><final id="end"/></state>""",
 }
 
 
