@@ -18,7 +18,7 @@ from tests.soundness.evaluator import Absent, Key, Value
 from tests.soundness.modes.hierarchical import Machine, Undecided, Written
 from tests.soundness.modes.random_machines import SPORADIC, STEADY
 from tests.soundness.modes.scripted import RATE_HZ, values
-from tests.soundness.modes.text_values import parsed, worth
+from tests.soundness.modes.text_values import Now, parsed, worth
 
 DRAWN = 6000
 CODE = re.compile(r"`([^`]*)`")
@@ -87,7 +87,7 @@ def _rows(
     """How many rows apply; None where the situation is another one."""
     now = machine.now(inputs, fresh)
     try:
-        if any(worth(fact.expression, now) not in fact.among for fact in told):
+        if any(_worth(fact.expression, machine, now) not in fact.among for fact in told):
             return None
         cause = machine.cause(now)
         if not cause or not _is_named(cause, machine, about):
@@ -98,6 +98,14 @@ def _rows(
     except (Absent, ValueError):
         return None
     return 1
+
+
+def _worth(expression: ast.expr, machine: Machine, now: Now) -> Value:
+    """The value; in messages `left(mode)` is the state that was left last."""
+    match expression:
+        case ast.Call(func=ast.Name(id="left"), args=[ast.Name(id=mode)]):
+            return machine.left.get(mode, "never")
+    return worth(expression, now)
 
 
 def _is_named(cause: str, machine: Machine, about: Diagnostic) -> bool:
@@ -158,6 +166,8 @@ def _put(
         machine.periods = round(value * RATE_HZ)
     elif text.startswith("elapsed("):
         machine.lasted[text[8:-1]] = round(value * RATE_HZ)
+    elif text.startswith("periods("):
+        machine.lasted[text[8:-1]] = round(value)
     elif text in machine.memory and value is not ...:
         machine.memory[text] = value
 
