@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from specc.lang import ExprError, Members, parse_syntax
@@ -196,9 +196,13 @@ def with_machine(
     definition: SubsystemDef,
     where: YamlNode,
     interfaces: Mapping[str, Interface],
+    others: Mapping[str, Iterable[str]],
     findings: Findings,
 ) -> tuple[SubsystemDef, YamlNode]:
-    """Expand `through` to the machine that it stands for."""
+    """Expand `through` to the machine that it stands for.
+
+    `others` has the elements of outputs that are written at their other ends.
+    """
     through, here = definition.through, where[NAME]
     if through is None:
         return definition, where
@@ -211,7 +215,7 @@ def with_machine(
     for peer, buffer in definition.y.items() if through.rule else ():
         sources = [other for other in definition.x if (other == "c") != (peer == "c")]
         if len(sources) == 1:
-            names = _names(buffer, interfaces)
+            names = others.get(peer) or _names(buffer, interfaces)
             passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
     parts: dict[str, Any] = {
         "functions": passed,

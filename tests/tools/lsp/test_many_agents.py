@@ -74,6 +74,7 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
     for old, new, label in (
         ("if present(x.rover.mode)", "if present(x.rover.|)", "mode"),
         ('x: {rover: "Report[W]"}', "x: {rover: |}", "Report"),
+        ('x: {rover: "Report[W]"}', "x: {rover: |}", "same"),
         ('x: {rover: "Report[W]"}', 'x: {rover: "Report[|"}', "W"),
         ("{tell: {y.base.mode: slow,", "{tell: {|,", "y.base.mode"),
     ):
@@ -122,3 +123,36 @@ def test_a_reader_of_many_is_understood() -> None:
     assert found.symbol.place.route == ("agents", "robots")
     assert analysis.index.occurrences(path)
     assert features.hover(project, path, place(text, "kno|wn: all(")) is not None
+
+
+SAME = SYSTEM.replace('x: {rover: "Report[W]"}', "x: {rover: END}").replace(
+    'y: {base: "Report[W]"}', 'y: {base: {X: "pose[W, W]", mode: {title: pace, type: Mode}}}'
+)
+
+
+@pytest.mark.parametrize(
+    ("end", "declared", "count"),
+    [
+        ("same", "|mode: {title", 4),
+        ("{is: same, mode: {init: slow}}", "|mode: {init", 5),
+    ],
+)
+def test_an_end_that_is_same_has_the_elements_of_the_other(
+    end: str, declared: str, count: int, tmp_path: Path
+) -> None:
+    text = SAME.replace("END", end)
+    analysed, path = edited(tmp_path / "pair.yaml", text)
+    index = analysed.analyse(path).index
+    used = place(text, "last: x.rover.mo|de if")
+    found = index.name_at(path, used)
+    assert found is not None
+    assert index.offsets(found.symbol.place)[0] == place(text, declared)
+    assert len({o.start for _, o in index.occurrences_of(found.symbol.declarations)}) == count
+    hover = features.hover(analysed, path, used)
+    assert hover is not None
+    assert "from rover.c to base.c" in hover.text
+    assert len(features.rename_at(analysed, path, used, "gait")) == count
+    typed = text.replace("present(x.rover.mode)", "present(x.rover.)")
+    analysed.put(path, typed)
+    labels = features.completions(analysed, path, place(typed, "present(x.rover.|)"))
+    assert {"mode", "X"} <= {completion.label for completion in labels}
