@@ -156,13 +156,15 @@ def _mirrored_buffer(buffer: BufferDef, reported: Collection[str] | None) -> Buf
     """A copy of a device's buffer for the subsystem that passes it on.
 
     With `reported`, the names that the device reports, it is an input with safe initial values;
-    with None, it is an output.
+    with None, it is an output, whose initial values are for an other end that is `same`.
     """
     is_input = reported is not None
     kind = InputDef if is_input else ElementDef
     elements = {
         name: kind.model_construct(
-            type=item.type, title=item.title, init=_safe(item, reported or ()) if is_input else None
+            type=item.type,
+            title=item.title,
+            init=_safe(item, reported or ()) if is_input else item.init,
         )
         for name, item in buffer.elements.items()
     }

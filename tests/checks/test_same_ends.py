@@ -159,3 +159,94 @@ def test_an_interface_may_be_called_same(tmp_path: Path) -> None:
 def test_a_description_alone_knows_no_other_end(tmp_path: Path) -> None:
     put(tmp_path, GROUP, JOINTS, PART.replace("REPORT", "same"))
     assert found(str(tmp_path / "part.yaml")) == []
+
+
+# Devices that are passed on.
+
+
+HOIST = """\
+specc: 1.2
+system: hoist
+frames: {T: tip}
+agents:
+  hoist:
+    for: {k: 1..2}
+    real_effectors:
+      lift:
+        title: Lift
+        x: {h_d: {type: "real[m]", safe: "0[m]"}}
+        y: {h: {type: "real[m]", init: 0, title: height}}
+      "wheel_{i}": {for: {i: 1..2}, x: {v_d: {type: "real[m/s]", safe: 0}}}
+      door: {for: {i: 1..2}, x: {open: {type: bool, safe: False}}}
+    real_receptors: {tip: {y: {F: "wrench[T]"}}}
+    virtual_effectors: EFFECTORS
+    virtual_receptors: RECEPTORS
+    control:
+      rate: 10 Hz
+      x: INPUTS
+      y: OUTPUTS
+      through:
+        y.lift.h_d: min(x.lift.h + 0.1[m], 2[m])
+        y.wheel_1.v_d: "0.1[m/s]"
+        y.wheel_2.v_d: "1[m/s] if present(x.tip.F) and x.tip.F.z > 1[N] else 0"
+        y.door.open: True
+"""
+PASSED = {
+    "EFFECTORS": """{lift: {title: Lift, rate: 50 Hz, through: identity},
+      "wheel_{i}": {for: {i: 1..2}, rate: 20 ms, through: identity},
+      door: {for: {i: 1..2}, rate: 50 Hz, through: identity}}""",
+    "RECEPTORS": "{tip: {rate: 50 Hz, through: identity}}",
+    "INPUTS": """{lift: {h: {type: "real[m]", init: 0, title: height}}, tip: {F: "wrench[T]"}}""",
+    "OUTPUTS": """{lift: {h_d: "real[m]"}, "wheel_{i}": {for: {i: 1..2}, v_d: "real[m/s]"},
+      door: {open: bool}}""",
+}
+
+
+def passed(text: str) -> str:
+    for name in PASSED:
+        text = text.replace(name, "{}")
+    for old, new in (
+        ("init: 0, title: height}}", "init: 0, title: height}}\n        through: 50 Hz"),
+        ("safe: 0}}}", "safe: 0}}, through: 20 ms}"),
+        ("safe: False}}}", "safe: False}}, through: 50 Hz}"),
+        ('y: {F: "wrench[T]"}}', 'y: {F: "wrench[T]"}, through: 50 Hz}'),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.mark.parametrize("written", [(), ("INPUTS",), ("OUTPUTS",)])
+def test_a_device_is_passed_on_in_one_line(written: tuple[str, ...], tmp_path: Path) -> None:
+    text = HOIST
+    for name in written:
+        text = text.replace(name, PASSED[name])
+    first = pipeline.build(put(tmp_path / "a", HOIST, PASSED))
+    second = pipeline.build(put(tmp_path / "b", passed(text), {}))
+    assert first.files
+    assert second.result.diagnostics == first.result.diagnostics == ()
+    assert {n: sorted(t.splitlines()) for n, t in second.files.items()} == {
+        n: sorted(t.splitlines()) for n, t in first.files.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("through: 50 Hz", "through: identity", "E0104 `identity` is not a rate"),
+        ("virtual_effectors: {}", "virtual_effectors: {lift: {rate: 9 Hz}}",
+         "E0205 `lift` is defined twice: `through` of the device makes one as well"),
+        ("x.lift.h + 0", "x.lift.hh + 0", "E0201 input buffer `x.lift` has no `hh`"),
+        (", init: 0, title", ", title", "E0701 `x.lift.h` may have no value in state `through`, "
+         "where function `through` reads it"),
+        ("y.door.open: True", "n: 1", "W0413 no behaviour of `hoist_1.c` writes `y.door_1.open`"),
+    ],
+)  # fmt: skip
+def test_mistakes_about_devices_that_are_passed_on(
+    old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    text = passed(HOIST).replace(
+        "rate: 10 Hz", "rate: 10 Hz\n      memory: {n: {type: int, init: 0}}"
+    )
+    reported = found(put(tmp_path, text.replace(old, new), {}))
+    assert any(other.startswith(message) for other in reported)

@@ -156,3 +156,32 @@ def test_an_end_that_is_same_has_the_elements_of_the_other(
     analysed.put(path, typed)
     labels = features.completions(analysed, path, place(typed, "present(x.rover.|)"))
     assert {"mode", "X"} <= {completion.label for completion in labels}
+
+
+HOIST = """\
+specc: 1.2
+system: hoist
+agents:
+  hoist:
+    real_effectors:
+      lift: {x: {h_d: {type: int, safe: 0}}, y: {h: {type: int, init: 0}}, through: 50 Hz}
+    control:
+      rate: 10 Hz
+      through: {y.lift.h_d: x.lift.h + 1}
+"""
+
+
+def test_a_device_that_is_passed_on_is_known_to_its_agent(tmp_path: Path) -> None:
+    analysed, path = edited(tmp_path / "hoist.yaml", HOIST)
+    for marked, declared, count in (
+        ("{y.lift.h_|d: x", "{x: {|h_d: {type", 2),
+        (": x.lift.|h +", "y: {|h: {type", 2),
+        (": x.li|ft.h +", "|lift: {x: {h_d", 3),
+    ):
+        found = analysed.analyse(path).index.name_at(path, place(HOIST, marked))
+        assert found is not None
+        assert found.symbol.place.route
+        start = analysed.analyse(path).index.offsets(found.symbol.place)[0]
+        assert start == place(HOIST, declared)
+        assert features.hover(analysed, path, place(HOIST, marked)) is not None
+        assert len(features.rename_at(analysed, path, place(HOIST, marked), "other")) == count
