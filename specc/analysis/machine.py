@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
-from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
+from specc.analysis.graph import RowEdge, find_edges, reachable_from
 from specc.analysis.must_may import MustMayAnalysis, is_incomplete
 from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
@@ -189,7 +189,11 @@ class Machine:
 
     @cached_property
     def _has_unknown_rows(self) -> bool:
-        return any(self.is_incomplete(s, cause) for s in self.subsystem.states for cause in CAUSES)
+        return any(
+            self.is_incomplete(s, cause)
+            for s in self.subsystem.states
+            for cause in s.behaviour.causes
+        )
 
     # What is decided about its rows.
 
@@ -201,7 +205,7 @@ class Machine:
         """
         found = []
         for state in self.subsystem.states:
-            for cause in CAUSES:
+            for cause in state.behaviour.causes:
                 if self.is_incomplete(state, cause):
                     present = self.presence.in_conditions(state.name)
                     verdict = self.must_may.verdict(state.name, cause, present)
@@ -233,7 +237,8 @@ class Machine:
     @cached_property
     def _verdicts_without_presence(self) -> dict[tuple[str, Cause], RowVerdict]:
         """The verdicts without presence, which follows from them."""
-        every = ((state.name, cause) for state in self.subsystem.states for cause in CAUSES)
+        states = self.subsystem.states
+        every = ((state.name, cause) for state in states for cause in state.behaviour.causes)
         return {each: self.prover.prove_rows(*each) for each in every}
 
     @cached_property
@@ -246,7 +251,7 @@ class Machine:
             if state.name not in sources
             and any(
                 self._verdicts_without_presence[state.name, cause].decision.possible
-                for cause in CAUSES
+                for cause in state.behaviour.causes
             )
         )
 

@@ -84,16 +84,19 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     named: Readable = {(LetRef, item.name): item for item in subsystem.lets}
     named |= {(MemoryRef, item.name): item for item in subsystem.memory}
     every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
-    parts: dict[int, SubsystemPart] = {id(part): part for part in every}
+    parts: dict[str, SubsystemPart] = {_label(part): part for part in every}
     start: list[SubsystemPart] = [state.behaviour for state in subsystem.states]
-    start += [row.condition for row in subsystem.transitions if id(row.condition) in parts]
-    start += _named_in([axiom.that for axiom in subsystem.axioms], named)
+    start += [error for mode in subsystem.modes for _, error in mode.errors]
+    start += [row.condition for row in subsystem.transitions]
+    exprs = [row.condition.when for row in subsystem.transitions if row.resumes]
+    start += _named_in([*exprs, *(axiom.that for axiom in subsystem.axioms)], named)
     start += [item for item in subsystem.memory if item.name in watched]
     # Nothing can name these in an expression, which is an error of its own.
     start += [part for part in named.values() if part.name in RESERVED]
-    used = reachable(map(id, start), lambda one: map(id, _direct_uses(parts.get(one), named)))
-    unused = {_label(part): part for key, part in parts.items() if key not in used}
-    edges = {label: set(map(_label, _direct_uses(part, named))) for label, part in unused.items()}
+    uses = {label: [*map(_label, _direct_uses(part, named))] for label, part in parts.items()}
+    used = reachable(map(_label, start), lambda label: uses.get(label, ()))
+    unused = {label: part for label, part in parts.items() if label not in used}
+    edges = {label: set(uses[label]) for label in unused}
     yield from _unused_findings(
         "W0611", {label: p.place for label, p in unused.items()}, edges, _NONE
     )
@@ -112,7 +115,7 @@ def _direct_uses(part: SubsystemPart | None, named: Readable) -> list[SubsystemP
     """The parts that a part names, and the memory that it writes."""
     match part:
         case Behaviour(functions=functions):
-            return [*functions, part.terminal, part.error]
+            return [*functions, part.terminal, *(error for _, error in part.errors)]
         case Function(assignments=items):
             written = [(MemoryRef, item.name) for item in items if not item.peer]
             found: list[SubsystemPart] = [named[name] for name in written if name in named]

@@ -105,6 +105,16 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         rules.input_rule("present(x.peer.element)", Present),
         python="",
     ),
+    "elapsed": exact(
+        "mode -> real[s]: how long the mode has been active since it was entered anew",
+        rules.mode_rule("elapsed"),
+        python="",
+    ),
+    "entered": exact(
+        "mode -> bool: whether this is the first period after the mode was entered anew",
+        rules.mode_rule("entered"),
+        python="",
+    ),
     "age": exact(
         "x.peer.element -> real[s]: the time since the oldest measurement behind the value",
         rules.lag_rule("age", Real(SECOND)),

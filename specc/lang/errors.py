@@ -77,6 +77,8 @@ class Scope:
     """All lets, of which some are looked at after this expression, which `defines` one."""
     defines: str = ""
     allow_clock: bool = False
+    modes: Collection[str] = ()
+    """Modes of the machine, for `elapsed(mode)` and `entered(mode)`."""
     has_points: bool = True
     """Whether `position(X)` is a point; before version 1.1 it was a vector."""
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, Literal, NoReturn, Protocol
 
+from specc.diagnostics.nearest import nearest
 from specc.lang.context import (
     UNNAMED,
     Context,
@@ -22,9 +23,19 @@ from specc.lang.names import input_element
 from specc.lang.parse import span
 from specc.lang.ranges import ANY, Operation, Range
 from specc.lang.values import Value
-from specc.model.expr import Builtin, Expr, Fresh, Lag, LagName, Present, Quantifier
+from specc.model.expr import (
+    Builtin,
+    Expr,
+    Fresh,
+    Lag,
+    LagName,
+    LetRef,
+    MemoryRef,
+    Present,
+    Quantifier,
+)
 from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector, point
-from specc.model.units import DIMENSIONLESS, METRE, RADIAN
+from specc.model.units import DIMENSIONLESS, METRE, RADIAN, SECOND
 
 
 def inverted_pose(type: Type | None) -> Type | None:
@@ -197,6 +208,29 @@ def input_rule(usage: str, kind: type[Fresh | Present]) -> Rule:
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _check_arity(ctx, node, usage, 1)
         return kind(input_element(ctx, node.args[0]), type=Bool(), span=span(node))
+
+    return rule
+
+
+def mode_rule(name: Literal["elapsed", "entered"]) -> Rule:
+    """The typing rule of a question about a mode."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _check_arity(ctx, node, f"{name}(mode)", 1)
+        argument, scope = node.args[0], ctx.scope
+        if not scope.allow_clock:
+            message = f"`{name}` has no value here: no mode has been entered"
+            raise ctx.error(node, message, "refer to constants and operators only", "E0230")
+        mode = argument.id if isinstance(argument, ast.Name) else ""
+        if mode not in scope.modes:
+            help = f"known: {', '.join(f'`{m}`' for m in scope.modes)}" if scope.modes else ""
+            help = help or f"declare it under `modes:`; the time in a state is `{name}`"
+            error = ctx.error(argument, f"`{ctx.quote(argument)}` is no mode", help, "E0201")
+            near = nearest(mode, scope.modes)
+            raise error.set_repair(mode, near)
+        if name == "elapsed":
+            return LetRef(f"elapsed({mode})", type=Real(SECOND), span=span(node))
+        return MemoryRef(f"entered({mode})", type=Bool(), span=span(node))
 
     return rule
 

@@ -131,7 +131,7 @@ class Writer:
         names = self._locals[prefix]
         if term not in names:
             names[term] = self.nodes.names.new(
-                prefix + (term.let.name if term.let else _local_hint(term))
+                prefix + (term.let.name.rstrip(")") if term.let else _local_hint(term))
             )
         return names[term]
 
@@ -295,7 +295,11 @@ class CycleWriter(Writer):
 
     def _check(self, check: Check) -> None:
         self.nodes.name_hint = check.condition.name
-        test = self._test(check.test, check.must_evaluate(self.nodes.known))
+        method = self.module.condition_methods.get(check.condition.name)
+        if method and not any(term.is_costly for term in check.test.maybe_evaluated):
+            test = f"self.{method}()"
+        else:
+            test = self._test(check.test, check.must_evaluate(self.nodes.known))
         with self.block(_condition(f"if {test}:", check.condition)):
             self.flow(check.rows)
         self.flow(check.otherwise)
@@ -381,6 +385,7 @@ class CycleWriter(Writer):
                 self.write(f"self.state, self._work = {state}, self.{method}")
             if run.target in self.clocked:
                 self.write("self._periods = 0")
+            self._set_modes(run.sets)
         if run.activity.computations:
             self.assign(run.always_needed)
             arguments = []
@@ -393,6 +398,17 @@ class CycleWriter(Writer):
                 arguments.append(text)
             method = self.module.behaviour_methods[run.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
+        for update in run.updates:
+            self.write(f"{self.target(update)} = {self.emit(update.value)}")
+
+    def _set_modes(self, sets: Iterable[tuple[str, Term]]) -> None:
+        """Write what a row sets; what was computed from the old values is not known any more."""
+        names = {name for name, _ in sets}
+        known = self.nodes.known.items()
+        self.nodes.known = {t: code for t, code in known if not t.memory & names}
+        for name, value in sets:
+            self.nodes.used_buffers.add("memory")
+            self.write(f"memory.{self.module.memory[name]} = {self.emit(value)}")
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
@@ -421,7 +437,10 @@ class Methods:
         # What conditions that lead to a behaviour may have computed already.
         offered: dict[str, TermSet] = defaultdict(lambda: NONE)
         for enter, before in entries:
-            fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
+            names = {name for name, _ in enter.sets}
+            fixed = (
+                t for t in before if not (enter.is_entry and t.reads_clock) and not t.memory & names
+            )
             offered[enter.activity.behaviour.name] |= frozenset(fixed)
         self._arguments = {
             name: behaviour_parameters(activity, offered[name])
@@ -438,13 +457,29 @@ class Methods:
         ]
         # What the others ask for is known last.
         start = self._start_method()
-        return (self._step_method(), start, *self._finalise_methods(), *states, *behaviours)
+        shared = self._condition_methods()
+        first = self._step_method(), start, *self._finalise_methods()
+        return (*first, *states, *shared, *behaviours)
+
+    def _condition_methods(self) -> Iterator[MethodPlan]:
+        """The error conditions that states of a mode share."""
+        for mode in self._subsystem.modes:
+            for cause, error in mode.errors:
+                method = self._module.condition_methods.get(error.name)
+                test = self._table.of(error.when)
+                is_costly = any(term.is_costly for term in test.maybe_evaluated)
+                if method and not is_costly and not isinstance(test.node, e.Truth):
+                    writer = self._writer(test)
+                    writer.write(f"return {writer.emit(test)}")
+                    title = error.title or f"Error condition {cause} of mode {mode.name}"
+                    doc = docstring(title, str(error.trace))
+                    yield MethodPlan(method, (), "bool", doc, writer.body())
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
         terms = [work.value for work in self._activities[behaviour.name].computations]
         terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
-        rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
+        rows = [r for cause in behaviour.causes for r in self._subsystem.rows(state, cause)]
         terms += [self._table.of(row.condition.when) for _, row in rows]
         terms += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
         return any(term.reads_clock for term in terms)
@@ -460,7 +495,8 @@ class Methods:
             writer.write("self._periods += 1")
         writer.constant_conditions(declared.behaviour)
         writer.flow(flow)
-        doc = docstring(declared.title or f"State {state}", str(declared.trace))
+        around = f", in {' in '.join(reversed(declared.modes))}" if declared.modes else ""
+        doc = docstring((declared.title or f"State {state}") + around, str(declared.trace))
         return MethodPlan(self._module.state_methods[state], (), "int", doc, writer.body())
 
     def _behaviour_method(self, activity: Activity) -> MethodPlan:

@@ -99,6 +99,10 @@ class BehaviourRun:
     """Whether it was already the state of the period before."""
     arguments: tuple[Term, ...] = ()
     """Terms that the behaviour takes as arguments."""
+    sets: tuple[tuple[str, Term], ...] = ()
+    """Memory of modes and the values that it gets before the behaviour runs."""
+    updates: tuple[Computation, ...] = ()
+    """What the state does for its modes after the behaviour has run."""
 
     @property
     def always_needed(self) -> tuple[Term, ...]:
@@ -243,8 +247,22 @@ class Flows:
     def _enter(
         self, state: str, row: int = -1, *, is_entry: bool = False, is_same_state: bool = False
     ) -> BehaviourRun:
-        behaviour = self._subsystem.state(state).behaviour
-        return BehaviourRun(self.activities[behaviour.name], state, row, is_entry, is_same_state)
+        target = self._subsystem.state(state)
+        sets = self._subsystem.transitions[row].sets if row >= 0 else ()
+        own = target.for_modes
+        return BehaviourRun(
+            self.activities[target.behaviour.name],
+            state,
+            row,
+            is_entry,
+            is_same_state,
+            sets=tuple((name, self._table.of(value)) for name, value in sets),
+            updates=tuple(
+                Computation(own, item, self._table.of(item.value)) for item in own.assignments
+            )
+            if own
+            else (),
+        )
 
 
 def _is_complement(table: TermTable, rows: list[FlowRow]) -> bool:

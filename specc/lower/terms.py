@@ -400,8 +400,7 @@ def term_table(system: System, part: Subsystem | Device, computed: Collection[st
     if isinstance(part, Device):
         return TermTable((), computed, (), constants, parameters)
     constants["period"] = e.Number(float(1 / part.rate_hz), type=Real(SECOND))
-    changed = {a.name for b in part.behaviours for a in b.assignments if not a.peer}
-    invariant = (item.name for item in part.memory if item.name not in changed)
+    invariant = (item.name for item in part.memory if item.name not in part.changing_memory)
     return TermTable(part.lets, computed, invariant, constants, parameters)
 
 

@@ -24,6 +24,7 @@ from specc.resolve.expansion import NAME, groups_of, with_device_buffers, with_m
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
+from specc.resolve.modes import Target
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
 from specc.schema.files import AgentDef
 from specc.schema.subsystem import SubsystemDef
@@ -264,7 +265,10 @@ class AgentResolver:
         )
         expressions.home = here
         memory, lets, scope = resolve_memory(described, here, ports, expressions)
-        machine = MachineResolver(described, here, scope, ports, memory, expressions)
+        machine = MachineResolver(
+            described, here, scope, ports, memory, lets, part.rate or Fraction(1), expressions
+        )
+        machine_parts = machine.resolve()
         resolved = Subsystem(
             agent=part.agent,
             name=part.name,
@@ -273,15 +277,13 @@ class AgentResolver:
             rate_hz=part.rate or Fraction(1),
             ports=tuple(port for port in ports if port.other_end),
             constants=part.inside.parameters,
-            memory=memory,
-            lets=lets,
-            **machine.resolve(),
-            initial_state=self._initial_state(described, here),
+            **machine_parts,
+            initial_state=self._initial_state(machine, here),
             trace=trace_of(described),
             place=part.levels[0][1].key,
             outside=part.inside.definitions.outside(),
             has_rate=part.rate is not None,
-            has_initial_state=described.initial_state in described.states,
+            has_initial_state=bool(machine.initial_state),
             budget_s=part.budget_s,
         )
         late, has_suppressed = self._since(before)
@@ -326,14 +328,13 @@ class AgentResolver:
         }
         return {name: members for name, members in (others | virtual).items() if members}
 
-    def _initial_state(self, definition: SubsystemDef, where: YamlNode) -> str:
-        name, states, findings = definition.initial_state, definition.states, self.findings
-        if name in states:
-            findings.use(where["states"][name].key, where, "initial_state")
-            return name
+    def _initial_state(self, machine: MachineResolver, where: YamlNode) -> str:
+        definition, findings = machine.definition, self.findings
+        name, states = definition.initial_state, definition.states
         if name is not None and states:
-            findings.unknown("E0201", "state", name, states, where["initial_state"].place)
-        elif states:
+            target = Target(name, is_resumed=False)
+            return machine.tree.entered_state(target, where["initial_state"]) or next(iter(states))
+        if states:
             message = "the subsystem has no initial state yet"
             help = "add `initial_state:` with the state of the first period"
             findings.report("O0602", message, where.key, help=help)

@@ -73,7 +73,8 @@ def resolve_memory(
         for m in resolved
         if _is_unambiguous(m.name, expressions)
     }
-    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True)
+    modes = definition.modes.keys()
+    inside = replace(known, memory=clear, uninitialized=(), allow_clock=True, modes=modes)
     found, scope = _lets(definition, where["let"], inside, expressions)
     return resolved, found, scope
 

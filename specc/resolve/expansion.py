@@ -32,7 +32,9 @@ from specc.source import Route
 
 NAME = "through"
 """Of the key, and of the function, the behaviour and the state that it stands for."""
-_MACHINE_KEYS = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_MACHINE_KEYS = (
+    "conditions", "functions", "behaviours", "states", "modes", "initial_state", "transitions",
+)  # fmt: skip
 _HEAD = re.compile(r"\w+")
 
 

@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from specc.lang import RESERVED
 from specc.lang.types import NameKind, NameMention, names_of
 from specc.model import expr as m
-from specc.model.fsm import Condition
 from specc.model.system import Definition, Element, Memory
 from specc.model.types import Enum, Record, Type
 from specc.resolve.context import Findings, Meaning, TypeText, Use, YamlNode
 from specc.schema import SpecFile
 from specc.schema.places import split_at_part
-from specc.schema.subsystem import TransitionDef
 from specc.source import Place
 
 # Names in the machine of a subsystem, noted where they are looked up.
@@ -55,21 +53,6 @@ def note_element(
     begin, middle = 2, name.rindex(".")
     findings.use(_buffer_of(home, name[0], name[begin:middle]), at, start=begin, end=middle)
     findings.use(element, at, start=middle + 1, end=len(name))
-
-
-def note_row(
-    findings: Findings,
-    row: TransitionDef,
-    at: YamlNode,
-    home: YamlNode,
-    conditions: Mapping[tuple[str, str], Condition],
-) -> None:
-    """Note the states and the condition that a row names."""
-    named = [(name, at["from"][index]) for index, name in enumerate(row.sources)]
-    for name, state in (*named, (row.target, at["to"])):
-        findings.use(declared_at(home, "states", name), state)
-    condition = conditions.get(("initial", row.when))
-    findings.use(condition.place if condition else None, at["when"])
 
 
 def declared_at(home: YamlNode | None, *steps: str) -> Place | None:

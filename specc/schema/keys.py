@@ -30,7 +30,7 @@ from pydantic.fields import FieldInfo
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
     "interface", "subsystem", "device", "element", "memory", "let", "initial condition",
-    "terminal condition", "error condition", "function", "behaviour", "state", "variable",
+    "terminal condition", "error condition", "function", "behaviour", "state", "mode", "variable",
 ]  # fmt: skip
 """What a name can be the name of."""
 RoleForm = Literal[

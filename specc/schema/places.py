@@ -127,7 +127,9 @@ def keys_at(route: Route) -> dict[str, str]:
 
 
 def values_at(route: Route) -> list[str]:
-    """The values that the one at a route is chosen from; empty if it is free."""
+    """The values that the one at a route is chosen from, beside names; empty if it is free."""
     kind = node_at(route).scalar_form.kind
+    if isinstance(kind, Text) and kind.role and kind.role.form == "name":
+        return list(kind.examples)
     values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

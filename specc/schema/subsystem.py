@@ -3,7 +3,6 @@
 from typing import Annotated, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
-from specc.model.fsm import Cause
 from specc.schema.keys import (
     OF_EACH,
     OTHERS,
@@ -145,11 +144,14 @@ class TerminalDef(ConditionDef, short="condition", first="eq table fig title"):
 
 
 class ErrorDef(ConditionDef, short="condition", first="eq table fig title"):
-    """What aborts a behaviour: the name of a condition, or one that stands in place."""
+    """What aborts a behaviour: the name of a condition, one that stands in place, or several
+    with names.
+    """
 
     condition: Annotated[str, Text(Role("name", "error condition"))] | None = key(
         None, "An error condition that is declared, or `never`."
     )
+    named: dict[Name, ConditionDef] = key({}, alias=OTHERS, defines="error condition")
 
 
 class AssignmentDef(Traced, short="is", first="for is"):
@@ -208,7 +210,7 @@ class BehaviourDef(Traced, first="eq table fig title"):
         None, "A terminal condition, by name or in place, `always` or `never`.", step="ends"
     )
     error: ErrorDef | None = key(
-        None, "An error condition, by name or in place; `never` if left out.", step="ends"
+        None, "Error conditions, by name or in place; `never` if left out.", step="ends"
     )
 
 
@@ -229,18 +231,32 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
 StateNames = Annotated[list[StateName], ListForm(single=(str,), min_length=1)]
 
 
+class ModeDef(Traced, first="title states initial error"):
+    """A group of states that share rows, error conditions and a timer."""
+
+    states: StateNames = key(about="The states and modes in it.")
+    initial: StateName | None = key(
+        None, "The state or mode inside that is entered where a row names the mode."
+    )
+    error: ErrorDef | None = key(
+        None, "Error conditions with names, evaluated in each of its states.", step="ends"
+    )
+
+
 class TransitionDef(Traced, row="from cause when to"):
     """A row of the transition table."""
 
     sources: StateNames = key(
-        about="State whose behaviour ended, or a list of states that each have the row.",
+        about="State whose behaviour ended, a mode, or a list of them that each have the row.",
         alias="from",
     )
-    cause: Cause = key(about="Which condition ended it: `terminal` or `error`.")
+    cause: Annotated[str, Text(Role("name", "error condition"), examples=("terminal", "error"))] = (
+        key(about="What ended it: `terminal`, `error`, or the name of an error condition.")
+    )
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
         about="An initial condition, `always` or `otherwise`."
     )
-    target: StateName = key(about="State that is entered.", alias="to")
+    target: StateName = key(about="State or mode that is entered, or `resume(mode)`.", alias="to")
 
 
 ROW_KEYS = TransitionDef.row
@@ -287,6 +303,9 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
     behaviours: dict[Name, BehaviourDef] = key({}, "What can run in a state.", defines="behaviour")
     states: dict[Name, StateDef] = key(
         {}, "States, each with its behaviour.", defines="state", step="fsm"
+    )
+    modes: dict[Name, ModeDef] = key(
+        {}, "Groups of states that share rows, errors and a timer.", defines="mode", step="fsm"
     )
     initial_state: StateName | None = key(None, "State of the first period.", step="fsm")
     transitions: list[TransitionDef] = key(

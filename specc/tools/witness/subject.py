@@ -95,7 +95,7 @@ def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
         behaviour,
         functions=tuple(functions),
         terminal=_legible_condition(behaviour.terminal),
-        error=_legible_condition(behaviour.error),
+        errors=tuple((cause, _legible_condition(error)) for cause, error in behaviour.errors),
     )
 
 
