@@ -149,7 +149,7 @@ def as_read(elements: tuple[Element, ...], direction: Literal["x", "y"]) -> tupl
     """Elements of both ends, as they are at the one that reads them or at the other one."""
     if direction == "x":
         return elements
-    return tuple(replace(e, init=None, max_age_s=None) for e in elements)
+    return tuple(replace(e, init=None, max_age_s=None, event=False) for e in elements)
 
 
 def extended(
