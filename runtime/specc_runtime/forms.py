@@ -341,14 +341,14 @@ class Element:
 class Layout:
     """What a subsystem reads, writes and remembers.
 
-    `ends` has for each state the names of its terminal and its error condition, and of the method
-    that works in it.
+    `ends` has for each state the names of its terminal and its error condition (of several, those
+    by their causes, highest priority first), and of the method that works in it.
     """
 
     x: Sequence[Element]
     y: Sequence[Element]
     memory: Sequence[Element]
-    ends: Mapping[str, tuple[str, str, str]]
+    ends: Mapping[str, tuple[str, str | Mapping[str, str], str]]
 
 
 def _described(data: Any) -> str:

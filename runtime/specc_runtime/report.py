@@ -103,8 +103,9 @@ class Tally:
     def equations(self) -> set[int]:
         """Numbers of the equations that were executed.
 
-        A step checks the error condition of the state before, then the terminal one, then the rows
-        of that state and cause up to the one taken, and executes the new state's behaviour.
+        A step checks the error conditions of the state before, then the terminal one, up to the one
+        that holds, then the rows of that state and cause up to the one taken. It executes the
+        behaviour of the new state.
         """
         done: set[int] = set()
         tables = self.subsystem.equations
@@ -115,9 +116,10 @@ class Tally:
             rows = self.subsystem.transitions[: transition + 1]
             cause = rows[-1].cause if rows else "terminal"
             checks = tables.checks.get(before, {})
-            done.update(checks.get("error", ()))
-            if cause == "terminal":
-                done.update(checks.get("terminal", ()))
+            errors = [ending for ending in checks if ending != "terminal"]
+            tested = errors[: errors.index(cause) + 1] if cause in errors else errors
+            for ending in tested if cause != "terminal" else checks:
+                done.update(checks[ending])
             for row, numbers in zip(rows, tables.rows, strict=False):
                 if (row.source, row.cause) == (before, cause):
                     done.update(numbers)

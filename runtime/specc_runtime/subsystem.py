@@ -6,12 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from specc_runtime.buffers import slots
 from specc_runtime.faults import UndecidedTransition
 
-Cause = Literal["terminal", "error"]
+Cause = str
+"""`terminal`, `error`, or the name of one of several error conditions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +32,8 @@ class Transition:
 class Equations:
     """Equation numbers of what a step can execute.
 
-    `behaviours` by state, `checks` by state and cause (terminal and error conditions), `rows` by
-    index into the transition table.
+    `behaviours` by state, `checks` by state and cause (error conditions, highest priority first,
+    then the terminal one), `rows` by index into the transition table.
     """
 
     behaviours: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
@@ -56,6 +57,8 @@ class Subsystem(ABC):
     """State -> the elements of `y` that its behaviour writes."""
     equations: ClassVar[Equations] = Equations()
     axioms: ClassVar[tuple[str, ...]] = ()
+    timers: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """State -> the memory elements that count the periods of the modes around it."""
 
     x: Any
     y: Any
@@ -73,10 +76,12 @@ class Subsystem(ABC):
         """
 
     def skip(self, periods: int) -> None:
-        """Let whole periods pass without a step: `elapsed` counts them."""
+        """Let whole periods pass without a step: `elapsed` and the timers of modes count them."""
         own = vars(self)
         if "_periods" in own:  # else nothing asks for the time
             own["_periods"] += periods
+        for name in self.timers.get(self.state, ()):
+            setattr(self.memory, name, getattr(self.memory, name) + periods)
 
     def violated(self, index: int) -> None:
         """Note that axiom `index` does not hold; the executor stops the run."""

@@ -10,7 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 from math import lcm
 from typing import NamedTuple
 
-from specc.analysis.graph import CAUSES, components
+from specc.analysis.graph import components
 from specc.analysis.machine import Machine
 from specc.analysis.path_conditions import Guards, ImpliedFacts
 from specc.analysis.plant import BoundElement
@@ -65,8 +65,8 @@ class Reads:
 
     def read_by_conditions(self, state: State) -> frozenset[Read]:
         """The inputs on which the conditions that may end a state depend."""
-        rows = (self._machine.subsystem.rows(state.name, cause) for cause in CAUSES)
-        ends = (state.behaviour.terminal.when, state.behaviour.error.when)
+        rows = (self._machine.subsystem.rows(state.name, cause) for cause in state.behaviour.causes)
+        ends = [condition.when for _, condition in state.behaviour.endings]
         row_conditions = [row.condition.when for of_cause in rows for _, row in of_cause]
         return frozenset[Read]().union(*map(self.of, (*ends, *row_conditions)))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from specc.model.fsm import Cause, Transition
+from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
 from specc.reachable import fixpoint, grouped, reachable
@@ -71,9 +71,6 @@ def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[s
 
 
 # The transition graph of a machine without the rows that can never be taken.
-
-
-CAUSES: tuple[Cause, ...] = ("terminal", "error")
 
 
 @dataclass(frozen=True, slots=True)

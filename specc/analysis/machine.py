@@ -7,13 +7,22 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from specc.analysis.definite_assignment import Availability, DefiniteAssignment, PresentValues
-from specc.analysis.graph import CAUSES, RowEdge, find_edges, reachable_from
+from specc.analysis.graph import RowEdge, find_edges, reachable_from
 from specc.analysis.must_may import MustMayAnalysis, is_incomplete
 from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.analysis.value_ranges import ValueRanges
-from specc.model.expr import Expr, Input, Truth, children, has_unknown
+from specc.model.expr import (
+    Compare,
+    Expr,
+    Input,
+    LetRef,
+    Number,
+    Truth,
+    children,
+    has_unknown,
+)
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.model.types import Bool, Enum
@@ -105,6 +114,14 @@ class Machine:
             return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
 
+    def _times_of_modes(self, state: str) -> Iterator[Expr]:
+        """What conditions of a state know of the modes around it: a period has passed in each."""
+        lets = {let.name: let.value.type for let in self.subsystem.lets}
+        for name in (f"elapsed({mode})" for mode in self.subsystem.state(state).modes):
+            if name in lets:
+                period = Number(float(1 / self.subsystem.rate_hz), type=lets[name])
+                yield Compare(">=", LetRef(name, type=lets[name]), period, type=Bool())
+
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
         known = {name: c for name, c in self._constants.items() if name not in given}
@@ -189,7 +206,11 @@ class Machine:
 
     @cached_property
     def _has_unknown_rows(self) -> bool:
-        return any(self.is_incomplete(s, cause) for s in self.subsystem.states for cause in CAUSES)
+        return any(
+            self.is_incomplete(s, cause)
+            for s in self.subsystem.states
+            for cause in s.behaviour.causes
+        )
 
     # What is decided about its rows.
 
@@ -201,7 +222,7 @@ class Machine:
         """
         found = []
         for state in self.subsystem.states:
-            for cause in CAUSES:
+            for cause in state.behaviour.causes:
                 if self.is_incomplete(state, cause):
                     present = self.presence.in_conditions(state.name)
                     verdict = self.must_may.verdict(state.name, cause, present)
@@ -224,7 +245,8 @@ class Machine:
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
         if not verdict.proved:
-            invariants = self.prover.related_facts(state, cause, self.invariants)
+            facts = (*self.invariants, *self._times_of_modes(state))
+            invariants = self.prover.related_facts(state, cause, facts)
             if invariants:
                 known = prove(fresh=fresh, invariants=invariants)
                 verdict = verdict.refuted_by(known.decision)
@@ -233,7 +255,8 @@ class Machine:
     @cached_property
     def _verdicts_without_presence(self) -> dict[tuple[str, Cause], RowVerdict]:
         """The verdicts without presence, which follows from them."""
-        every = ((state.name, cause) for state in self.subsystem.states for cause in CAUSES)
+        states = self.subsystem.states
+        every = ((state.name, cause) for state in states for cause in state.behaviour.causes)
         return {each: self.prover.prove_rows(*each) for each in every}
 
     @cached_property
@@ -246,7 +269,7 @@ class Machine:
             if state.name not in sources
             and any(
                 self._verdicts_without_presence[state.name, cause].decision.possible
-                for cause in CAUSES
+                for cause in state.behaviour.causes
             )
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 
-from specc.analysis.graph import CAUSES, RowEdge, find_edges
+from specc.analysis.graph import RowEdge, find_edges
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
@@ -80,12 +80,12 @@ class Approximation:
         behaviour = state.behaviour
         # An error goes before an end: where it is not known, the end is not known either.
         opposite = may_hold_part if self.ends is must_hold_part else must_hold_part
-        error = self.ends if self.cause == "error" else opposite
-        approximated = replace(
-            behaviour,
-            terminal=_known(behaviour.terminal, self.ends),
-            error=_known(behaviour.error, error),
+        errors = tuple(
+            (cause, _known(error, self.ends if self.cause == cause else opposite))
+            for cause, error in behaviour.errors
         )
+        terminal = _known(behaviour.terminal, self.ends)
+        approximated = replace(behaviour, terminal=terminal, errors=errors)
         return replace(state, behaviour=approximated)
 
 
@@ -154,10 +154,10 @@ class MustMayAnalysis:
     def edges(self) -> tuple[RowEdge, ...]:
         """The rows that may be taken whatever is unknown."""
         verdicts = []
-        for state in (state.name for state in self._subsystem.states):
-            for cause in CAUSES:
-                decision = self._prover(must_view(cause)).prove_rows(state, cause).decision
-                verdicts.append(RowVerdict(_rows(self._subsystem, state, cause), decision))
+        for state in self._subsystem.states:
+            for cause in state.behaviour.causes:
+                decision = self._prover(must_view(cause)).prove_rows(state.name, cause).decision
+                verdicts.append(RowVerdict(_rows(self._subsystem, state.name, cause), decision))
         return find_edges(self._subsystem, verdicts)
 
     def _prover(self, view: Approximation) -> Prover:

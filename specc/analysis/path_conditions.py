@@ -6,7 +6,6 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
-from specc.analysis.graph import CAUSES
 from specc.analysis.reads import ExpressionText, text_of
 from specc.model.expr import (
     LENGTH,
@@ -154,10 +153,11 @@ def tested_conditions(
     state: State, rows: Sequence[Transition]
 ) -> Iterator[tuple[Tests, list[Condition]]]:
     """Yield the conditions that may end a state, each after the tests that precede it."""
-    error, terminal = state.behaviour.error, state.behaviour.terminal
-    yield (), [error]
-    yield ((error.when, False),), [terminal]
-    for cause in CAUSES:
+    before: Tests = ()
+    for _, condition in state.behaviour.endings:
+        yield before, [condition]
+        before = *before, (condition.when, False)
+    for cause in state.behaviour.causes:
         yield state.behaviour.facts_after(cause), [r.condition for r in rows if r.cause == cause]
 
 

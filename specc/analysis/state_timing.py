@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import compress
 
-from specc.analysis.graph import CAUSES
 from specc.analysis.must_may import may_hold_part
 from specc.analysis.path_conditions import as_conditions
 from specc.analysis.reads import Dependences
@@ -41,12 +40,12 @@ class OverdueExit:
 class _Ending:
     """The time at which a state surely ends, if it has not before.
 
-    `by` says whether the error, and whether the terminal condition ends it then. `in_time` has, for
+    `by` says which of its conditions, in order of priority, may end it then. `in_time` has, for
     each cause, the conditions under which it ends the state by that time.
     """
 
     end_s: Fraction
-    by: tuple[bool, bool]
+    by: tuple[bool, ...]
     in_time: dict[Cause, list[Expr]]
 
 
@@ -66,7 +65,7 @@ class StateTiming:
         self._dependences = dependences
         self._verdict = verdict
         self._parameters = {constant.name for constant in subsystem.constants}
-        self._endings: dict[tuple[int, int], _Ending | None] = {}
+        self._endings: dict[tuple[tuple[Cause, int], ...], _Ending | None] = {}
         self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
@@ -84,8 +83,8 @@ class StateTiming:
         if not self._timed_conditions:
             return
         behaviour = state.behaviour
-        conditions = [behaviour.error, behaviour.terminal]
-        rows = (self._subsystem.rows(state.name, cause) for cause in CAUSES)
+        conditions = [condition for _, condition in behaviour.endings]
+        rows = (self._subsystem.rows(state.name, cause) for cause in behaviour.causes)
         evaluated = (*conditions, *(row.condition for of_cause in rows for _, row in of_cause))
         if self._timed_conditions.isdisjoint([id(condition.when) for condition in evaluated]):
             return
@@ -141,31 +140,31 @@ class StateTiming:
         return self._dependences.of(expr).has_clock or has_unknown(expr)
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
-        """The end of states with the same conditions, unless a parameter decides it."""
-        ends = behaviour.error.when, behaviour.terminal.when
-        key = id(ends[0]), id(ends[1])
+        """The end of states with the same causes and conditions, unless a parameter decides it."""
+        ends = [condition.when for _, condition in behaviour.endings]
+        key = tuple((cause, id(condition.when)) for cause, condition in behaviour.endings)
         if key not in self._endings:
             given = self._dependences.all(ends).constants & self._parameters
             self._endings[key] = None if given else self._found(behaviour)
         return self._endings[key]
 
     def _found(self, behaviour: Behaviour) -> _Ending | None:
-        error, terminal = behaviour.error, behaviour.terminal
-        either = junction("or", (error.when, terminal.when))
+        ends = [condition.when for _, condition in behaviour.endings]
+        either = junction("or", ends)
         for periods in sorted(
             {1, *sorted(self._prover.timer.turning_periods(either))[:_MOST_TURNS]}
         ):
             now = self._prover.timer.elapsed_condition("==", periods)
             if self._prover.implies([now], either):
-                by_error = self._prover.implies([now], error.when)
-                by_terminal = not by_error and self._prover.implies([now], terminal.when)
+                surely = (self._prover.implies([now], end) is True for end in ends)
+                first = next((index for index, ends_it in enumerate(surely) if ends_it), -1)
                 by_then = self._prover.timer.elapsed_condition("<=", periods)
                 return _Ending(
                     periods / self._subsystem.rate_hz,
-                    (not by_terminal, not by_error),
+                    tuple(first in (index, -1) for index in range(len(ends))),
                     {
                         cause: [*as_conditions(behaviour.facts_after(cause)), by_then]
-                        for cause in CAUSES
+                        for cause in behaviour.causes
                     },
                 )
         return None

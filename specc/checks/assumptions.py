@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from functools import partial
 
 from specc.analysis import Facts, Machine
-from specc.analysis.graph import CAUSES
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import spend
 from specc.model.fsm import Cause
@@ -77,7 +76,9 @@ def _unneeded(machine: Machine) -> Iterator[Diagnostic]:
     axioms, states = machine.subsystem.axioms, machine.subsystem.states
     if not machine.has_known_conditions or machine.dead_ends or not machine.conditions_vary:
         return
-    every = [(state.name, cause) for state in states for cause in CAUSES] if axioms else []
+    if not axioms:
+        return
+    every = [(state.name, cause) for state in states for cause in state.behaviour.causes]
     wrong = []  # their rows have to be corrected, and may be too few
     for each in every:
         rows, decision = machine.verdict(*each).rows, machine.verdict(*each).decision

@@ -317,7 +317,8 @@ def _overdue_exit(exit: OverdueExit, subsystem: Subsystem) -> Diagnostic:
     state, ends, late = exit.state, exit.ended_by, exit.condition
     condition = Related(late.place, f"`{late.name}`")
     behaviour = Related(state.behaviour.place, f"behaviour `{state.behaviour.name}`")
-    if exit.end_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not exit.row:
+    is_error = len(ends) == 1 and ends[0] is not state.behaviour.terminal
+    if exit.end_s == 1 / subsystem.rate_hz and is_error and not exit.row:
         return Diagnostic(
             "W0618",
             f"error condition `{ends[0].name}` always holds when it is first evaluated",

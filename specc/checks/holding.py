@@ -173,11 +173,12 @@ class _Relay:
 
     def _must_leave(self, state: State, states: list[State]) -> bool:
         """Whether a row out of some states needs no missing input, and is no measured error."""
-        on = self._machine.dependences.of(state.behaviour.error.when)
+        errors = [error.when for _, error in state.behaviour.errors]
+        on = self._machine.dependences.all(errors)
         others = on.has_clock or on.has_lag or on.arrivals or on.memory
         is_accident = bool(on.values) and not others and all(map(self._is_from_device, on.values))
         return any(
-            not self._missing_for_row(step) and not (step.row.cause == "error" and is_accident)
+            not self._missing_for_row(step) and not (step.row.cause != "terminal" and is_accident)
             for step in self._ways_out(state, states)
         )
 

@@ -74,7 +74,8 @@ def _limits(machine: Machine, state: State, counter: str) -> Iterator[_Limit]:
     through = machine.prover.numbering.resolve
     behaviour = state.behaviour
     rows = [row for row in machine.subsystem.transitions if row.source == state.name]
-    for condition in (behaviour.error, behaviour.terminal, *(row.condition for row in rows)):
+    ends = (condition for _, condition in behaviour.endings)
+    for condition in (*ends, *(row.condition for row in rows)):
         parts = reachable([through(condition.when)], lambda part: map(through, children(part)))
         for part in parts:
             if isinstance(part, Compare) and (reached := _reached(machine, part, counter)):

@@ -20,7 +20,8 @@ from specc.proof import SolverAnswer, Witness
 
 def ending(behaviour: Behaviour, cause: Cause) -> str:
     """How a behaviour ends by a cause: `by its terminal condition `reached``."""
-    return f"by its {cause} condition `{behaviour.ending(cause).name}`"
+    condition = behaviour.ending(cause)
+    return f"by its {condition.kind} condition `{condition.name}`"
 
 
 def situation(witness: Witness) -> str:
@@ -157,7 +158,9 @@ def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     ):
         decided, widest, gap = group.first, group.widest, group.witness
         state, rows = decided.state, decided.verdict.rows
-        required = (Related(row.place, f"requires `{row.condition.name}`") for row in rows)
+        required = dict.fromkeys(
+            Related(row.place, f"requires `{row.condition.name}`") for row in rows
+        )
         yield Diagnostic(
             "E0601",
             f"no row of {group.states} applies {situation(gap)}",
@@ -254,10 +257,10 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
             ended = Witness((), answers=((condition.when, True),))
             yield Diagnostic(
                 "E0603",
-                f"state `{state.name}` has no row for its {cause} condition",
+                f"state `{state.name}` has no row for its {condition.kind} condition",
                 state.place,
                 f"can end {ending(state.behaviour, cause)}",
-                (Related(condition.place, f"the {cause} condition"),),
+                (Related(condition.place, f"the {condition.kind} condition"),),
                 f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
                 example=examples.text(decided, ended, ""),
             )
@@ -303,7 +306,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
                 occurs = decided.verdict.decision.possible
                 end = behaviour.ending(decided.cause)
                 if machine.constant_value(end) is False or (
-                    not occurs and machine.constant_value(behaviour.error)
+                    not occurs and any(machine.constant_value(e) for _, e in behaviour.errors)
                 ):
                     continue
                 if occurs and row.is_otherwise:

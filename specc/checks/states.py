@@ -33,13 +33,17 @@ def states_end(facts: Facts) -> Iterator[Diagnostic]:
             verdict = machine.verdict(state.name, "terminal")
             if verdict.rows or verdict.decision.possible:
                 continue
-            condition, error = state.behaviour.terminal, state.behaviour.error
+            condition = state.behaviour.terminal
             if machine.prover.constant(condition.when) is not False:
+                names = [f"`{error.name}`" for _, error in state.behaviour.errors]
+                errors = f"the error condition {names[0]} holds"
+                if len(names) > 1:
+                    errors = f"one of the error conditions {join_words(names, 'and')} holds"
                 yield Diagnostic(
                     "W0614",
                     f"state `{state.name}` never ends by its terminal condition `{condition.name}`",
                     state.place,
-                    f"the error condition `{error.name}` holds whenever the terminal one does",
+                    f"{errors} whenever the terminal one does",
                     (Related(condition.place, "the terminal condition"),),
                     "write `terminal: never` if that is meant, or change a condition",
                 )

@@ -157,10 +157,13 @@ class _MomentReport:
         cause = _cause(behaviour, moment) if has_failed else str(step.get("cause", ""))
         now = ", from the values that the step read" if has_failed else ""
         yield f"  conditions of {before}{now}:"
+        causes = [kind for kind, _ in behaviour.endings]
+        after = causes[causes.index(cause) + 1 :] if cause in causes else []
         for kind, condition in behaviour.endings:
-            words = f"{kind} {condition.name}"
-            if kind == "terminal" and cause == "error":
-                yield f"    {words}: not asked, for error {behaviour.error.name} occurred"
+            words = f"{condition.kind} {condition.name}"
+            if kind in after:
+                occurred = behaviour.ending(str(cause)).name
+                yield f"    {words}: not asked, for error {occurred} occurred"
             else:
                 recorded = None if has_failed else cause == kind
                 yield from self._condition(words, condition, moment, recorded)

@@ -131,7 +131,7 @@ class Writer:
         names = self._locals[prefix]
         if term not in names:
             names[term] = self.nodes.names.new(
-                prefix + (term.let.name if term.let else _local_hint(term))
+                prefix + (term.let.name.rstrip(")") if term.let else _local_hint(term))
             )
         return names[term]
 
@@ -204,7 +204,8 @@ class Writer:
 
         Outputs come before memory, so that no assignment reads a new value.
         """
-        parameters = tuple(self._parameter(term, activity) for term in parameter_terms)
+        terms = *activity.parameters, *parameter_terms
+        parameters = tuple(self._parameter(term, activity) for term in terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
         values = [term for term, code in self.nodes.known.items() if code.rank != PRIMARY]
         before, after = memory_order(activity.computations, values)
@@ -221,7 +222,8 @@ class Writer:
 
     def _parameter(self, term: Term, activity: Activity) -> str:
         annotation = self.module.annotations.of(term.type)
-        if term in activity.must_evaluate:
+        is_value = term in activity.parameters and term not in activity.deferred
+        if is_value or term in activity.must_evaluate:
             self.nodes.known[term] = Emitted(self.local(term))
             return f"{self.local(term)}: {annotation}"
         name = self.local(term, "get_")
@@ -248,6 +250,8 @@ def _with_let_trace(line: str, term: Term) -> str:
 
 def _local_hint(term: Term) -> str:
     match term.node:
+        case e.ParameterRef(name=name):
+            return name
         case e.Call(operator=operator):
             return e.source_name(operator).lower()
         case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
@@ -295,7 +299,11 @@ class CycleWriter(Writer):
 
     def _check(self, check: Check) -> None:
         self.nodes.name_hint = check.condition.name
-        test = self._test(check.test, check.must_evaluate(self.nodes.known))
+        method = self.module.condition_methods.get(check.condition.name)
+        if method and not any(term.is_costly for term in check.test.maybe_evaluated):
+            test = f"self.{method}()"
+        else:
+            test = self._test(check.test, check.must_evaluate(self.nodes.known))
         with self.block(_condition(f"if {test}:", check.condition)):
             self.flow(check.rows)
         self.flow(check.otherwise)
@@ -381,9 +389,10 @@ class CycleWriter(Writer):
                 self.write(f"self.state, self._work = {state}, self.{method}")
             if run.target in self.clocked:
                 self.write("self._periods = 0")
+            self._set_modes(run.sets)
         if run.activity.computations:
             self.assign(run.always_needed)
-            arguments = []
+            arguments = self._given(run)
             for term in run.arguments:
                 if term not in run.always_needed:
                     self.defer(term)
@@ -393,10 +402,36 @@ class CycleWriter(Writer):
                 arguments.append(text)
             method = self.module.behaviour_methods[run.activity.behaviour.name]
             self.write(f"self.{method}({', '.join(arguments)})")
+        for update in run.updates:
+            self.write(f"{self.target(update)} = {self.emit(update.value)}")
+
+    def _set_modes(self, sets: Iterable[tuple[str, Term]]) -> None:
+        """Write what a row sets; what was computed from the old values is not known any more."""
+        names = {name for name, _ in sets}
+        known = self.nodes.known.items()
+        self.nodes.known = {t: code for t, code in known if not t.memory & names}
+        for name, value in sets:
+            self.nodes.used_buffers.add("memory")
+            self.write(f"memory.{self.module.memory[name]} = {self.emit(value)}")
+
+    def _given(self, run: BehaviourRun) -> list[str]:
+        """The arguments for the parameters that a behaviour declares."""
+        activity, texts = run.activity, []
+        pairs = list(zip(activity.parameters, run.given, strict=True))
+        values = [given for parameter, given in pairs if parameter not in activity.deferred]
+        self.assign(self._shared_parts(values))
+        for parameter, given in pairs:
+            self.nodes.name_hint = f"{activity.behaviour.name}_{_local_hint(parameter)}"
+            text = self.emit(given)
+            texts.append(f"lambda: {text}" if parameter in activity.deferred else text)
+        return texts
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
-    return with_trace(line, condition.trace or trace, condition.name)
+    """A line with the name of a condition; that of one in a call goes without the arguments."""
+    called, _, arguments = condition.name.partition("(")
+    name = called + arguments.rpartition(")")[2]
+    return with_trace(line, condition.trace or trace, name)
 
 
 # The methods of a generated class: step, first period, one for each state and each behaviour.
@@ -412,7 +447,8 @@ class Methods:
         self._module = module
         self._table = table
         flows = Flows(subsystem, table, proofs)
-        self._activities = flows.activities
+        self._calls = flows.activities
+        self._activities = {a.behaviour.name: a for a in flows.activities.values()}
         self._first = flows.first_period()
         self._flows = {state.name: flows.state_flow(state.name) for state in subsystem.states}
         self.clocked = frozenset(s.name for s in subsystem.states if self._reads_clock(s.name))
@@ -421,7 +457,10 @@ class Methods:
         # What conditions that lead to a behaviour may have computed already.
         offered: dict[str, TermSet] = defaultdict(lambda: NONE)
         for enter, before in entries:
-            fixed = (t for t in before if not (enter.is_entry and t.reads_clock))
+            names = {name for name, _ in enter.sets}
+            fixed = (
+                t for t in before if not (enter.is_entry and t.reads_clock) and not t.memory & names
+            )
             offered[enter.activity.behaviour.name] |= frozenset(fixed)
         self._arguments = {
             name: behaviour_parameters(activity, offered[name])
@@ -438,13 +477,30 @@ class Methods:
         ]
         # What the others ask for is known last.
         start = self._start_method()
-        return (self._step_method(), start, *self._finalise_methods(), *states, *behaviours)
+        shared = self._condition_methods()
+        first = self._step_method(), start, *self._finalise_methods()
+        return (*first, *states, *shared, *behaviours)
+
+    def _condition_methods(self) -> Iterator[MethodPlan]:
+        """The error conditions that states of a mode share."""
+        for mode in self._subsystem.modes:
+            for cause, error in mode.errors:
+                method = self._module.condition_methods.get(error.name)
+                test = self._table.of(error.when)
+                is_costly = any(term.is_costly for term in test.maybe_evaluated)
+                if method and not is_costly and not isinstance(test.node, e.Truth):
+                    writer = self._writer(test)
+                    writer.write(f"return {writer.emit(test)}")
+                    title = error.title or f"Error condition {cause} of mode {mode.name}"
+                    doc = docstring(title, str(error.trace))
+                    yield MethodPlan(method, (), "bool", doc, writer.body())
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
-        terms = [work.value for work in self._activities[behaviour.name].computations]
+        terms = [work.value for work in self._calls[behaviour.name].computations]
+        terms += [self._table.of(argument) for argument in behaviour.arguments]
         terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
-        rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
+        rows = [r for cause in behaviour.causes for r in self._subsystem.rows(state, cause)]
         terms += [self._table.of(row.condition.when) for _, row in rows]
         terms += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]
         return any(term.reads_clock for term in terms)
@@ -460,7 +516,8 @@ class Methods:
             writer.write("self._periods += 1")
         writer.constant_conditions(declared.behaviour)
         writer.flow(flow)
-        doc = docstring(declared.title or f"State {state}", str(declared.trace))
+        around = f", in {' in '.join(reversed(declared.modes))}" if declared.modes else ""
+        doc = docstring((declared.title or f"State {state}") + around, str(declared.trace))
         return MethodPlan(self._module.state_methods[state], (), "int", doc, writer.body())
 
     def _behaviour_method(self, activity: Activity) -> MethodPlan:

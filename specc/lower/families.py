@@ -75,11 +75,12 @@ def _family_key(part: Subsystem | Device, proofs: Proofs) -> object:
     proved = tuple(
         proofs.is_proved(part.qualified_name, state.name, cause)
         for state in part.states
-        for cause in ("terminal", "error")
+        for cause in state.behaviour.causes
     )
     ports = tuple(replace(port, other_end="") for port in part.ports)
     own = (part.kind, part.title, part.rate_hz, ports, part.memory, part.lets, part.conditions)
-    machine = (part.functions, part.behaviours, part.states, part.initial_state, part.transitions)
+    states = (part.states, part.initial_state, part.modes, part.transitions)
+    machine = (part.functions, part.behaviours, *states)
     return constants, proved, own, machine, part.axioms, part.trace
 
 

@@ -30,7 +30,7 @@ from specc.lower.names import (
 )
 from specc.lower.terms import Term
 from specc.model import expr as e
-from specc.model.fsm import Trace
+from specc.model.fsm import Behaviour, Trace
 from specc.model.system import (
     PLANT,
     Constant,
@@ -259,7 +259,17 @@ class Module:
             }
             slots = live_slots(system, part)
             self.live = {name: f"x.{slot.attribute}" for name, slot in slots.items()}
-            self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
+            names = dict.fromkeys(
+                (b.generic.part if b.generic else b).name for b in part.behaviours
+            )
+            self.behaviour_methods = {name: f"_{methods.new(name)}" for name in names}
+            self.condition_methods = {
+                error.name: f"_{methods.new(error.name)}"
+                for mode in part.modes
+                for _, error in mode.errors
+                if len(mode.states) > 1
+            }
+            """Methods of error conditions that the states of a mode share."""
 
     def plan_parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""
@@ -314,7 +324,8 @@ def memory_names(part: Subsystem | Device) -> dict[str, str]:
     """Attribute of every memory element; the memory of a device is what it reported last."""
     names = Namespace()
     items = part.memory if isinstance(part, Subsystem) else part.y
-    return {item.name: names.new(item.name) for item in items}
+    # Memory of modes has names such as `periods(mode)`.
+    return {item.name: names.new(item.name.rstrip(")")) for item in items}
 
 
 def lag_slots(
@@ -431,7 +442,7 @@ def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Fo
     ends = (
         (
             literal(s.name),
-            literal((*(c.name for _, c in s.behaviour.endings[::-1]), methods[s.name])),
+            literal((s.behaviour.terminal.name, _error_names(s.behaviour), methods[s.name])),
         )
         for s in subsystem.states
     )
@@ -443,6 +454,12 @@ def _element_of(constant: Constant) -> Element:
     return Element(
         constant.name, constant.value.type, None, constant.title, Trace(), constant.place
     )
+
+
+def _error_names(behaviour: Behaviour) -> str | dict[str, str]:
+    """The names of the error conditions by their causes, or that of the only one."""
+    names = {cause: condition.name for cause, condition in behaviour.errors}
+    return names["error"] if names.keys() == {"error"} else names
 
 
 def _elements(

@@ -58,16 +58,19 @@ class Equations:
         checks = []
         for state in states:
             endings = ((cause, self._of_condition(c)) for cause, c in state.behaviour.endings)
-            checks.append((state, [f"{literal(c)}: {_tuple(n)}" for c, n in endings if n]))
+            several = len(state.behaviour.errors) > 1  # their order matters
+            shown = [(c, n) for c, n in endings if n or (several and c != "terminal")]
+            if any(numbers for _, numbers in shown):
+                checks.append((state, [f"{literal(c)}: {_tuple(n)}" for c, n in shown]))
         rows = [
             _numbers_of(row.trace) | self._of_condition(row.condition)
             for row in self._subsystem.transitions
         ]
-        if not any(numbers for _, numbers in (*behaviours, *checks)) and not any(rows):
+        if not checks and not any(numbers for _, numbers in behaviours) and not any(rows):
             return None
         return {
             "behaviours": tuple((literal(s.name), _tuple(n)) for s, n in behaviours if n),
-            "checks": tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
+            "checks": tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks),
             "rows": tuple(map(_tuple, rows)),
         }
 
@@ -193,6 +196,7 @@ def _parts(
         ),
         "sends": tuple(_sent_elements(subsystem, module)),
         "equations": Equations(system, subsystem).tables(),
+        "timers": tuple(_timers(subsystem, module)),
         "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
         "uses_clock": bool(methods.clocked),
         "initial_inputs": initial_inputs,
@@ -267,6 +271,15 @@ def _sent_elements(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, 
         written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
         names = tuple(name for pair, name in module.outputs.items() if pair in written)
         yield literal(state.name), literal(names)
+
+
+def _timers(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
+    """State and the memory elements that count the periods of its modes."""
+    for state in subsystem.states:
+        names = (f"periods({mode})" for mode in state.modes)
+        counters = tuple(module.memory[name] for name in names if name in module.memory)
+        if counters:
+            yield literal(state.name), literal(counters)
 
 
 def _slots(attributes: Iterable[AttributePlan]) -> str:

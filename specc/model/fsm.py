@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Literal
 
 from specc.model.expr import Expr
+from specc.model.types import Type
 from specc.source import Place
 
 
@@ -38,7 +39,10 @@ def _numbered(one: str, many: str, numbers: tuple[int, ...]) -> str:
 
 
 ConditionKind = Literal["initial", "terminal", "error"]
-Cause = Literal["terminal", "error"]
+Cause = str
+"""What ends a state: `terminal`, `error`, or the name of one of several error conditions."""
+NEVER_LEFT = "never"
+"""The value of the memory element `left(mode)` before a row leaves the mode for the first time."""
 OTHERWISE = "otherwise"
 """As the initial condition of a row: none of the other rows of its state and cause applies."""
 
@@ -71,10 +75,43 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a behaviour or function; `place` is its name in the signature."""
+
+    name: str
+    type: Type
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Generic:
+    """A behaviour or function with parameters, as it is declared: `ParameterRef` stands in `part`.
+
+    Each call of it is a part of its own, which has arguments in their place.
+    """
+
+    part: Behaviour | Function
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """The conditions that end it, if it is a behaviour."""
+        part = self.part
+        return tuple(c for _, c in part.endings) if isinstance(part, Behaviour) else ()
+
+    @property
+    def exprs(self) -> list[tuple[Place, Expr]]:
+        """All expressions in it, each with the place of what it is the value of."""
+        values = [(item.place, item.value) for item in self.part.assignments]
+        return values + [(end.place, end.when) for end in self.conditions]
+
+
+@dataclass(frozen=True, slots=True)
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
-    It is not complete if a target of it is not known.
+    It is not complete if a target of it is not known. A call of a `generic` one has its arguments
+    in its name.
     """
 
     name: str
@@ -83,40 +120,50 @@ class Function:
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """Transition functions, a terminal condition and an error condition (eq. 3).
+    """Transition functions, a terminal condition and error conditions (eq. 3).
 
-    Within a subsystem the name identifies a behaviour. It is not `is_complete` if a function or
-    target of it is not known.
+    Within a subsystem the name identifies what a behaviour does. In a state its `errors` begin with
+    those of the modes around the state. It is not `is_complete` if a function or target of it is
+    not known. A call of a `generic` one has its `arguments` in its name, too.
     """
 
     name: str
     functions: tuple[Function, ...]
     terminal: Condition
-    error: Condition
+    errors: tuple[tuple[Cause, Condition], ...]
+    """Of several that hold, the first one is the cause."""
     title: str
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
+    arguments: tuple[Expr, ...] = ()
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
     @property
     def endings(self) -> tuple[tuple[Cause, Condition], ...]:
         """The causes of its end with their conditions, highest priority first (2.4)."""
-        return ("error", self.error), ("terminal", self.terminal)
+        return *self.errors, ("terminal", self.terminal)
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """The causes of its end, the terminal condition first."""
+        return "terminal", *(cause for cause, _ in self.errors)
 
     def ending(self, cause: Cause) -> Condition:
         """The condition that ends it, for a cause."""
-        return self.error if cause == "error" else self.terminal
+        return next(condition for name, condition in self.endings if name == cause)
 
     def facts_after(self, cause: Cause) -> tuple[tuple[Expr, bool], ...]:
         """The conditions that held (True) or did not (False) when it ended by a cause."""
-        if cause == "error":
-            return ((self.error.when, True),)
-        return (self.terminal.when, True), (self.error.when, False)
+        before = [name for name, _ in self.endings].index(cause)
+        excluded = ((condition.when, False) for _, condition in self.endings[:before])
+        return (self.ending(cause).when, True), *excluded
 
     def __post_init__(self) -> None:
         found = tuple(chain.from_iterable([f.assignments for f in self.functions]))
@@ -134,6 +181,32 @@ class State:
     """Events that may come in it without being looked at, by peer and element."""
     holds: tuple[tuple[str, str], ...] = ()
     """Outputs that keep their last value in it on purpose, by peer and element."""
+    modes: tuple[str, ...] = ()
+    """The modes around it, outermost first."""
+    for_modes: Function | None = None
+    """The last function of its behaviour, if it updates the memory of modes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A group of states, by its name in the subsystem.
+
+    `states` are those in it and in the modes inside, in the order of the file. `initial` is the
+    state in which it is entered; "" if it is never entered by its name.
+
+    What a mode remembers is memory of the subsystem: `periods(mode)`, the periods that passed while
+    it was active; `entered(mode)`, whether it was entered anew in this period; `left(mode)`, the
+    state that a row left last when it left the mode. Each is there if something asks for it.
+    """
+
+    name: str
+    states: tuple[str, ...]
+    parent: str
+    initial: str
+    errors: tuple[tuple[Cause, Condition], ...]
+    title: str
+    trace: Trace
+    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +223,12 @@ class Transition:
     trace: Trace
     place: Place
     is_otherwise: bool = False
+    resumes: str = ""
+    """The mode that it resumes."""
+    is_return: bool = False
+    """Whether it goes back to a state that was left when that mode was left."""
+    sets: tuple[tuple[str, Expr], ...] = ()
+    """Memory of modes and the constants that it gets before the functions of `target` read it."""
 
     @property
     def label(self) -> str:

@@ -9,7 +9,18 @@ from functools import cached_property
 from typing import Final, Literal
 
 from specc.model.expr import Expr, Number
-from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Trace, Transition
+from specc.model.fsm import (
+    Axiom,
+    Behaviour,
+    Cause,
+    Condition,
+    Function,
+    Generic,
+    Mode,
+    State,
+    Trace,
+    Transition,
+)
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.task import Task
 from specc.model.types import Type, nested_types
@@ -235,6 +246,10 @@ class Subsystem:
     """Whether its initial state is known."""
     budget_s: Fraction | None = None
     """How long a step may take on the machine, in seconds, if that is said."""
+    modes: tuple[Mode, ...] = ()
+    """A mode comes before those inside it."""
+    generics: tuple[Generic, ...] = ()
+    """The behaviours and functions with parameters, as they are declared."""
 
     @property
     def qualified_name(self) -> str:
@@ -276,6 +291,10 @@ class Subsystem:
         """The rows of a state and cause, with their index in the transition table."""
         return self._rows.get((state, cause), ())
 
+    def mode(self, name: str) -> Mode:
+        """The mode of that name."""
+        return next(mode for mode in self.modes if mode.name == name)
+
     @cached_property
     def _states(self) -> dict[str, State]:
         return {state.name: state for state in self.states}
@@ -283,8 +302,8 @@ class Subsystem:
     @cached_property
     def exit_conditions(self) -> tuple[Condition, ...]:
         """The conditions that lead from state to state; of equal `when` objects the last."""
-        behaviours = [state.behaviour for state in self.states]
-        every = [condition for b in behaviours for condition in (b.terminal, b.error)]
+        endings = (state.behaviour.endings[::-1] for state in self.states)
+        every = [condition for own in endings for _, condition in own]
         every += [row.condition for row in self.transitions]
         return tuple({id(condition.when): condition for condition in every}.values())
 
@@ -296,7 +315,22 @@ class Subsystem:
             for item in behaviour.assignments:
                 by_name = found.setdefault((item.peer, item.name), {})
                 by_name.setdefault(behaviour.name, []).append(item.value)
+        # A behaviour of several states is the same in all of them but for what it does for modes.
+        for item in (a for s in self.states if s.for_modes for a in s.for_modes.assignments):
+            found[item.peer, item.name] = {"": [item.value]}
+        for name, value in (each for row in self.transitions for each in row.sets):
+            found.setdefault(("", name), {}).setdefault("", []).append(value)
         return found
+
+    @cached_property
+    def changing_memory(self) -> frozenset[str]:
+        """Memory that some behaviour, state or row assigns."""
+        assigned = (item for behaviour in self.behaviours for item in behaviour.assignments)
+        return frozenset(
+            name
+            for peer, name in (*((a.peer, a.name) for a in assigned), *self.assigned_values)
+            if not peer
+        )
 
     @cached_property
     def _rows(self) -> dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]]:
@@ -453,4 +487,5 @@ def _declared_types(system: System) -> Iterator[Type]:
         yield from (element.type for port in subsystem.ports for element in port.elements)
         yield from (item.type for item in subsystem.memory)
         yield from (let.value.type for let in subsystem.lets)
+        yield from (p.type for generic in subsystem.generics for p in generic.parameters)
         yield from (constant.value.type for constant in subsystem.constants)

@@ -267,6 +267,15 @@ class Translator:
             least, greatest = range_of_parts(compare, sides)
             if least == greatest:
                 return bool(least)
+        if parts is not None and y is not None:
+            # The same quantity as a comparison of both, so that tables relate its thresholds.
+            known = (self._numbering.constant_number(part, bound) for part in parts)
+            one, other = (self._numbering.number(part, bound) for part in parts)
+            if one != other and all(number is None for number in known):
+                if one > other:  # a rounded difference only changes its sign
+                    one, other, op, y = other, one, MIRRORED[op], -y
+                comparison, holds = _QUESTIONS[op]
+                return Quantity("difference", (one, other), False, None), (comparison, y), holds
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))

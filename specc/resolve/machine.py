@@ -2,33 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any
 
+from specc.diagnostics import Related
 from specc.lang import Scope
-from specc.model.expr import FALSE, TRUE, Expr, junction, negation
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    Compare,
+    Expr,
+    IsOneOf,
+    Member,
+    junction,
+    negation,
+)
 from specc.model.fsm import (
+    NEVER_LEFT,
     OTHERWISE,
     Assignment,
     Axiom,
     Behaviour,
-    Cause,
     Condition,
     ConditionKind,
     Function,
+    Generic,
+    Mode,
     State,
     Trace,
     Transition,
 )
-from specc.model.system import Element, Memory, Port
+from specc.model.system import Element, Let, Memory, Port
 from specc.model.types import Bool
 from specc.reachable import grouped
+from specc.resolve.calls import Generics, with_parameters
 from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
-from specc.resolve.uses import note_element, note_row, note_target
+from specc.resolve.modes import FlatTable, ModeMemory, ModeTree
+from specc.resolve.uses import note_element, note_target
 from specc.schema.subsystem import (
     AssignmentDef,
     BehaviourDef,
@@ -42,6 +57,8 @@ from specc.schema.subsystem import (
 
 _Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
+NamedErrors = tuple[tuple[str, Condition], ...]
+"""Error conditions by name, highest priority first."""
 _Exchanged = tuple[str, str, Element]
 """Peer and name of an element of a buffer, and the element."""
 
@@ -57,6 +74,8 @@ class MachineResolver:
     scope: Scope
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
+    lets: tuple[Let, ...]
+    rate_hz: Fraction
     expressions: Expressions
     _findings: Findings = field(init=False)
     _targets: dict[str, _Written] = field(init=False)
@@ -66,9 +85,19 @@ class MachineResolver:
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
+    _generics: Generics = field(init=False)
+    tree: ModeTree = field(init=False)
+
+    @property
+    def initial_state(self) -> str:
+        """The state of the first period; "" if it is not known."""
+        name = self.definition.initial_state or ""
+        name = self.tree.initial(name) if name in self.tree.members else name
+        return name if name in self.definition.states else ""
 
     def __post_init__(self) -> None:
         self._findings = self.expressions.findings
+        self._generics = Generics(self.definition, self.where, self.scope, self.expressions)
         outputs = [(p.peer, e) for p in self.ports if p.direction == "y" for e in p.elements]
         self._targets = {item.name: ("", item.name, item) for item in self.memory}
         self._outputs = {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
@@ -81,30 +110,115 @@ class MachineResolver:
 
         What has errors is unknown in it or left out, after reporting.
         """
+        self.tree = ModeTree(self.definition, self.where, self._findings)
+        self.tree.check_initials()
         kinds: tuple[ConditionKind, ...] = ("initial", "terminal", "error")
         for kind in kinds:
             for name, item in getattr(self.definition.conditions, kind).items():
                 at = self.where["conditions"][kind][name]
-                self._conditions[kind, name] = self._declared(kind, name, item, at)
+                self._conditions[kind, name] = self._declared(kind, name, item, at, self.scope)
         for name, function in self.definition.functions.items():
-            self._functions[name] = self._function(name, function, self.where["functions"][name])
+            at = self.where["functions"][name]
+            if function.signature is None:
+                self._functions[name] = self._function(name, function, at, self.scope)
+            elif parameters := self._generics.parameters("function", name, function.signature, at):
+                part = self._function(name, function, at, with_parameters(self.scope, parameters))
+                self._generics.known["function", name] = Generic(part, parameters)
         for name, behaviour in self.definition.behaviours.items():
             at = self.where["behaviours"][name]
-            self._behaviours[name] = self._behaviour(name, behaviour, at)
+            if behaviour.signature is None:
+                self._behaviours[name] = self._behaviour(name, behaviour, at, self.scope)
+                self._add_parts(self._behaviours[name])
+            elif parameters := self._generics.parameters(
+                "behaviour", name, behaviour.signature, at
+            ):
+                scope = with_parameters(self.scope, parameters)
+                whole = self._behaviour(name, behaviour, at, scope)
+                self._generics.known["behaviour", name] = Generic(whole, parameters)
+        errors = {name: self._mode_errors(name) for name in self.definition.modes}
+        states = self._states(errors)
+        table = FlatTable(self.tree, {state.name: _names(state.behaviour) for state in states})
+        functions = self._functions.values()
+        exprs = [item.value for function in functions for item in function.assignments]
+        exprs += [condition.when for condition in self._conditions.values()]
+        memory = ModeMemory.of(table, [*exprs, *(let.value for let in self.lets)])
         return {
             "conditions": tuple(self._conditions.values()),
             "functions": tuple(self._functions.values()),
             "behaviours": tuple(self._behaviours.values()),
-            "states": self._states(),
-            "transitions": self._transitions(),
+            "generics": tuple(filter(None, self._generics.known.values())),
+            "states": tuple([_in_modes(state, memory) for state in states]),
+            "modes": self._modes(errors),
+            "lets": (*memory.lets(self.rate_hz), *self.lets),
+            "memory": (*self.memory, *memory.elements(self.initial_state)),
+            "transitions": self._transitions(memory),
             "axioms": self._axioms(),
         }
 
+    def _add_parts(self, behaviour: Behaviour) -> None:
+        """Add what is a part of the subsystem as part of this behaviour: what stands in place."""
+        for function in behaviour.functions:
+            self._functions.setdefault(function.name, function)
+        errors = [error for _, error in behaviour.errors]
+        self._add_conditions(behaviour.name, [behaviour.terminal, *errors])
+
+    def _add_conditions(self, owner: str, conditions: Sequence[Condition]) -> None:
+        """Add the conditions that stand in place in a behaviour or mode."""
+        for condition in conditions:
+            if condition.name.startswith(f"{owner}."):
+                self._conditions[condition.kind, condition.name] = condition
+
+    def _mode_errors(self, mode: str) -> NamedErrors:
+        item, at = self.definition.modes[mode].error, self.where["modes"][mode]["error"]
+        if item is None:
+            return ()
+        if item.when is not None:
+            message = f"an error condition of mode `{mode}` has no name"
+            help = "give it one: `error: {name: ...}`"
+            self._findings.report("E0604", message, at.place, help=help)
+            return ()
+        errors = self._errors(mode, item, at, self.scope)
+        self._add_conditions(mode, [error for _, error in errors])
+        return errors
+
+    def _errors(self, owner: str, given: ErrorDef, at: YamlNode, scope: Scope) -> NamedErrors:
+        """The error conditions of a behaviour or mode, in order; "" names one without a name."""
+        found: list[tuple[str, Condition]] = []
+        if given.condition is not None or not given.named:
+            name = given.condition or ""
+            found.append((name, self._ending("error", owner, given, at, scope)))
+        for name, item in given.named.items():
+            if name in ("error", "terminal"):
+                message = f"an error condition cannot be called `{name}`"
+                help = "rows name all of them by `error`: choose another name"
+                self._findings.report("E0221", message, at[name].key, help=help)
+            found.append((name, self._declared("error", f"{owner}.{name}", item, at[name], scope)))
+        return tuple(found)
+
+    def _modes(self, errors: Mapping[str, NamedErrors]) -> tuple[Mode, ...]:
+        """The modes, each before those inside it."""
+        tree = self.tree
+        return tuple(
+            Mode(
+                name,
+                tree.states(name),
+                tree.parent.get(name, ""),
+                tree.initial(name),
+                errors[name],
+                item.title,
+                trace_of(item),
+                self.where["modes"][name].key,
+            )
+            for name, item in sorted(
+                self.definition.modes.items(), key=lambda item: len(tree.path(item[0]))
+            )
+        )
+
     def _declared(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode, scope: Scope
     ) -> Condition:
         if item.when is not None:
-            when = self.expressions.condition(at["when"], item.when, self.scope)
+            when = self.expressions.condition(at["when"], item.when, scope)
         else:
             when = None
             message = f"nothing says when {kind} condition `{name}` holds"
@@ -130,9 +244,9 @@ class MachineResolver:
             self._findings.unknown("E0201", f"{kind} condition", name, names, where.place)
         return _unknown_condition(name, kind, where, where)
 
-    def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: YamlNode, scope: Scope) -> Function:
         assignments = [
-            self._assignment(target, value, at[named])
+            self._assignment(target, value, at[named], scope)
             for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
         ]
@@ -148,12 +262,14 @@ class MachineResolver:
         whole = bool(found) and len(found) == len(assignments)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
-    def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
+    def _assignment(
+        self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
+    ) -> Assignment | None:
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
-        indices, scope = self.expressions.indexed(item.each, at, self.scope)
+        indices, scope = self.expressions.indexed(item.each, at, scope)
         if found is None:
             self.expressions.inside(at["is"], item.value, scope)
             return None
@@ -178,25 +294,26 @@ class MachineResolver:
             case _ if target not in self.expressions.broken:
                 self._findings.unknown("E0201", "memory target", target, self._targets, at.key)
 
-    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode) -> Behaviour:
-        used = [self._used(name, index, used, at) for index, used in enumerate(item.functions)]
+    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode, scope: Scope) -> Behaviour:
+        each = enumerate(item.functions)
+        used = [self._used(name, index, used, at, scope) for index, used in each]
         functions = tuple(function for function in used if function)
         terminal = at["terminal"]
         if item.terminal is not None:
-            end = self._ending("terminal", name, item.terminal, terminal)
+            end = self._ending("terminal", name, item.terminal, terminal, scope)
         else:
             message = f"nothing says when behaviour `{name}` ends"
             self._open(
                 "O0606", message, at, "add `terminal:` with a condition, `always` or `never`"
             )
             end = _unknown_condition(name, "terminal", terminal, at)
-        error = self._ending("error", name, item.error or _NO_ERROR, at["error"])
+        errors = self._errors(name, item.error or _NO_ERROR, at["error"], scope)
         is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
-        return Behaviour(name, functions, end, error, item.title, trace, at.key, is_complete)
+        return Behaviour(name, functions, end, errors, item.title, trace, at.key, is_complete)
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode, scope: Scope
     ) -> Function | None:
         """Resolve a function of a behaviour, by name or inline."""
         known = self.definition.functions
@@ -206,38 +323,43 @@ class MachineResolver:
             return found
         at = inside["functions"][index]
         if used.function is None:
-            name = f"{behaviour}.functions[{index}]"
-            self._functions[name] = self._function(name, used, at)
-            return self._functions[name]
+            return self._function(f"{behaviour}.functions[{index}]", used, at, scope)
         if used.targets:
             message = f"`{used.function}` is declared, so it has its targets there"
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
-        if used.function not in known:
-            place = at["function"].place
-            self._findings.unknown("E0201", "function", used.function, known, place)
+        where = at["function"]
+        if "(" in used.function:
+            call = self._generics.called("function", where, used.function, scope)
+            # Calls with equal arguments are one function.
+            return self._functions.get(call.name, call) if isinstance(call, Function) else None
+        self._generics.report_bare("function", used.function, where)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
     def _ending(
-        self, kind: Cause, behaviour: str, given: TerminalDef | ErrorDef, at: YamlNode
+        self,
+        kind: ConditionKind,
+        behaviour: str,
+        given: TerminalDef | ErrorDef,
+        at: YamlNode,
+        scope: Scope,
     ) -> Condition:
         """Resolve a behaviour's condition, named or inline."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
         if given.condition is None:
-            self._conditions[kind, name] = self._declared(kind, name, given, at)
-        elif given.when is not None:
+            return self._declared(kind, name, given, at, scope)
+        if given.when is not None:
             message = f"`{name}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
             self._findings.report("E0104", message, at.place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
             return self._undeclared(kind, name, at["condition"] if at.raw else at)
-        if given.condition is not None:
-            self._findings.use(known.place, at["condition"])
+        self._findings.use(known.place, at["condition"])
         return known
 
-    def _states(self) -> tuple[State, ...]:
+    def _states(self, mode_errors: Mapping[str, NamedErrors]) -> list[State]:
         states, where = [], self.where["states"]
         if self.definition.states and not self.definition.behaviours:
             message = "the subsystem has no behaviours yet"
@@ -245,15 +367,33 @@ class MachineResolver:
         for name, item in self.definition.states.items():
             at = where[name]
             behaviour = self._behaviours.get(item.behaviour or "")
-            if behaviour is None:
+            if behaviour is None and "(" in (item.behaviour or ""):
+                behaviour = self._run(item.behaviour or "", at)
+            elif behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
-            else:
+            elif behaviour.place != at.key:  # it does not stand in the state
                 self._findings.use(behaviour.place, at, "behaviour")
             events = self._elements(item.ignores, at["ignores"], self._events, "E0201", "event")
             outputs = self._elements(item.holds, at["holds"], self._outputs, "E0201", "output")
             trace = trace_of(item)
-            states.append(State(name, behaviour, item.title, trace, at.key, events, outputs))
-        return tuple(states)
+            modes = self.tree.path(name)
+            around = [error for mode in modes for error in mode_errors[mode]]
+            own = [e for e in behaviour.errors if not around or e[1].when != FALSE]
+            self._check_names(name, [*around, *own])
+            behaviour = replace(behaviour, errors=(*around, *own))
+            states.append(State(name, behaviour, item.title, trace, at.key, events, outputs, modes))
+        return states
+
+    def _check_names(self, state: str, errors: Sequence[tuple[str, Condition]]) -> None:
+        """Report two error conditions of one name that hold in one state."""
+        first: dict[str, Condition] = {}
+        for name, condition in errors:
+            other = first.setdefault(name, condition)
+            if name and other is not condition:
+                message = f"state `{state}` has two error conditions called `{name}`"
+                related = (Related(other.place, "the first one"),)
+                help = "rows name them: rename one of them"
+                self._findings.report("E0205", message, condition.place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
@@ -269,38 +409,47 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
+    def _run(self, text: str, at: YamlNode) -> Behaviour:
+        """The behaviour that a state calls; states with equal calls have one behaviour."""
+        found = self._generics.called("behaviour", at["behaviour"], text, self.scope)
+        if not isinstance(found, Behaviour):
+            return _lost_behaviour(text, at)
+        if found.name not in self._behaviours:
+            self._behaviours[found.name] = found
+            self._add_parts(found)
+        return self._behaviours[found.name]
+
     def _unknown_behaviour(self, state: str, name: str | None, at: YamlNode) -> Behaviour:
-        known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
-        elif known:
-            self._findings.unknown("E0201", "behaviour", name, known, at["behaviour"].place)
-        called = name or state
-        terminal = _unknown_condition(called, "terminal", at["terminal"], at)
-        error = _unknown_condition(called, "error", at["error"], at)
-        return Behaviour(called, (), terminal, error, "", Trace(), at.place, is_complete=False)
+        elif self.definition.behaviours:
+            self._generics.report_bare("behaviour", name, at["behaviour"])
+        return _lost_behaviour(name or state, at)
 
-    def _transitions(self) -> tuple[Transition, ...]:
-        rows, table = [], self.where["transitions"]
+    def _transitions(self, memory: ModeMemory) -> tuple[Transition, ...]:
+        table, conditions = self.where["transitions"], dict[int, tuple[Condition, bool]]()
         for index, item in enumerate(self.definition.transitions):
             at, when = table[index], item.when
-            sources = [n for i, n in enumerate(item.sources) if self._is_state(n, at["from"][i])]
-            known = self._is_state(item.target, at["to"])
-            note_row(self._findings, item, at, self.where, self._conditions)
             condition = self._conditions.get(("initial", when))
             is_remainder = when == OTHERWISE and condition is None
             if condition is None:
                 condition = self._undeclared("initial", when, at["when"])
-            rest = condition, item.target, trace_of(item), at.place, is_remainder
-            rows += [Transition(source, item.cause, *rest) for source in sources if known]
-        return _with_remainders(rows)
-
-    def _is_state(self, name: str, at: YamlNode) -> bool:
-        known = self.definition.states
-        if known and name not in known:
-            self._findings.unknown("E0201", "state", name, known, at.place)
-        return name in known
+            else:
+                self._findings.use(condition.place, at["when"])
+            conditions[index] = condition, is_remainder
+        rows = []
+        for row in memory.table.rows:
+            condition, is_remainder = conditions[row.index]
+            trace = trace_of(self.definition.transitions[row.index])
+            place = table[row.index].place
+            is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
+            modes = row.resumes, is_return, memory.sets(row)
+            rest = condition, row.target, trace, place, is_remainder, *modes
+            rows.append(Transition(row.source, row.cause, *rest))
+        remembered = [row.remembered for row in memory.table.rows]
+        complete = zip(_with_remainders(rows), remembered, strict=True)
+        return tuple([_where_left(row, states, memory) for row, states in complete])
 
     def _axioms(self) -> tuple[Axiom, ...]:
         axioms = []
@@ -328,6 +477,33 @@ def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     return tuple(found)
 
 
+def _where_left(row: Transition, states: frozenset[str], memory: ModeMemory) -> Transition:
+    """A row that resumes a mode, where `left(mode)` is one of some states."""
+    if not row.resumes:
+        return row
+    last = memory.last_state(row.resumes)
+    test: Expr = IsOneOf(last, states, type=Bool())
+    if len(states) == 1:
+        test = Compare("==", last, Member(*states, type=last.type), type=Bool())
+    when = junction("and", [row.condition.when, test])
+    return replace(row, condition=replace(row.condition, when=when))
+
+
+def _names(behaviour: Behaviour) -> tuple[str, ...]:
+    """The names of the error conditions of a state, "" for one without; none if there are none."""
+    return tuple(name for name, error in behaviour.errors if error.when != FALSE)
+
+
+def _in_modes(state: State, memory: ModeMemory) -> State:
+    """A state with the causes by which rows know its errors, and what it does for its modes."""
+    behaviour, table = state.behaviour, memory.table
+    causes = ((table.cause(state.name, name), error) for name, error in behaviour.errors)
+    own = memory.function(state.name, state.place)
+    functions = (*behaviour.functions, own) if own else behaviour.functions
+    behaviour = replace(behaviour, errors=tuple(causes), functions=functions)
+    return replace(state, behaviour=behaviour, for_modes=own)
+
+
 def none_of(conditions: Sequence[Expr]) -> Expr:
     """The condition that none of these conditions holds."""
     return negation(junction("or", conditions))
@@ -349,6 +525,13 @@ _FIXED: dict[ConditionKind, dict[str, Expr]] = {
 
 def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
+
+
+def _lost_behaviour(name: str, at: YamlNode) -> Behaviour:
+    """A behaviour of which nothing is known but its name."""
+    terminal = _unknown_condition(name, "terminal", at["terminal"], at)
+    errors = (("", _unknown_condition(name, "error", at["error"], at)),)
+    return Behaviour(name, (), terminal, errors, "", Trace(), at.place, is_complete=False)
 
 
 def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:

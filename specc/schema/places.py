@@ -36,14 +36,14 @@ class SchemaNode:
     defines: SymbolKind | None = None
     is_chosen: bool = False
 
-    def below(self, step: str | int) -> SchemaNode:
-        """The node one step below."""
+    def below(self, step: str | int, value: object = None) -> SchemaNode:
+        """The node one step below, where some value stands if that is known."""
         kind = self.kind
         if is_model(kind):
             name = str(step)
             if isinstance(step, int) and step < len(kind.row):
                 name = kind.row[step]
-            if key := kind.keys.get(name):
+            if (key := kind.keys.get(name)) and (key.name == OTHERS or kind.is_key(name, value)):
                 return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
             others = kind.keys.get(OTHERS)
             return SchemaNode(others.kind, others).below(name) if others else UNKNOWN
@@ -127,7 +127,9 @@ def keys_at(route: Route) -> dict[str, str]:
 
 
 def values_at(route: Route) -> list[str]:
-    """The values that the one at a route is chosen from; empty if it is free."""
+    """The values that the one at a route is chosen from, beside names; empty if it is free."""
     kind = node_at(route).scalar_form.kind
+    if isinstance(kind, Text) and kind.role and kind.role.form == "name":
+        return list(kind.examples)
     values = kind.values if isinstance(kind, LiteralKind) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

@@ -1,9 +1,9 @@
 """Shape of a subsystem: buffers, memory, conditions, functions, behaviours, tables (2.3, 2.4)."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
-from specc.model.fsm import Cause
 from specc.schema.keys import (
     OF_EACH,
     OTHERS,
@@ -17,6 +17,7 @@ from specc.schema.keys import (
     InterfaceText,
     ListForm,
     Name,
+    ParametersText,
     RangeText,
     RateText,
     ReadableName,
@@ -49,20 +50,35 @@ class InputDef(ReceivedDef):
     event: bool = key(False, "Whether none of its values may be missed.")
 
 
+class RefinedInputDef(InputDef):
+    """An element of an input buffer, or what is different about one that `is` gives."""
+
+    type: WrittenType | None = key(  # type: ignore[assignment]  # is never written to
+        None, "Its type; left out for an element that `is` gives."
+    )
+
+
 class BufferDef(SpecModel, short="is", first="for is"):
     """The elements of a buffer: those of an interface, and further ones."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     interface: InterfaceText | None = key(
-        None, "Interface that names the elements, e.g. `Report[W]`.", alias="is"
+        None,
+        "Interface that names the elements, e.g. `Report[W]`, or `same`: those of the other end.",
+        alias="is",
     )
     elements: dict[ReadableName, ElementDef] = key({}, alias=OTHERS, defines="element")
+
+    @property
+    def own(self) -> dict[str, ElementDef]:
+        """The elements that have a type here; the others are those of `is`, with more said."""
+        return {n: item for n, item in self.elements.items() if "type" in item.model_fields_set}
 
 
 class InputBufferDef(BufferDef, first="for is"):
     """The elements of an input buffer: those of an interface, and further ones."""
 
-    elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
+    elements: dict[ReadableName, RefinedInputDef] = key(  # type: ignore[assignment]  # is never written to
         {}, alias=OTHERS, defines="element"
     )
 
@@ -130,11 +146,14 @@ class TerminalDef(ConditionDef, short="condition", first="eq table fig title"):
 
 
 class ErrorDef(ConditionDef, short="condition", first="eq table fig title"):
-    """What aborts a behaviour: the name of a condition, or one that stands in place."""
+    """What aborts a behaviour: the name of a condition, one that stands in place, or several
+    with names.
+    """
 
     condition: Annotated[str, Text(Role("name", "error condition"))] | None = key(
         None, "An error condition that is declared, or `never`."
     )
+    named: dict[Name, ConditionDef] = key({}, alias=OTHERS, defines="error condition")
 
 
 class AssignmentDef(Traced, short="is", first="for is"):
@@ -150,11 +169,27 @@ class FunctionDef(Traced):
     targets: dict[str, AssignmentDef] = key({}, alias=OTHERS)
 
 
+class DeclaredFunctionDef(FunctionDef, first="signature"):
+    """A transition function with a name, and with parameters if it has a signature."""
+
+    signature: ParametersText | None = None
+
+    @classmethod
+    def is_key(cls, name: Any, value: Any = None) -> bool:
+        """As of any mapping; `signature` may be memory, whose value is no list of parameters."""
+        is_other = name == "signature" and value is not None
+        is_target = is_other and not _PARAMETERS.search(str(value))
+        return super().is_key(name) and not is_target
+
+
+_PARAMETERS = re.compile(r"^\s*\(\s*\)|->|^[^\[{]*\w\s*:")
+
+
 class UsedFunctionDef(FunctionDef, short="function"):
     """A function of a behaviour: the name of one that is declared, or one that stands in place."""
 
     function: Annotated[str, Text(Role("name", "function"))] | None = key(
-        None, "Name of a function that is declared."
+        None, "Name of a function that is declared, with arguments if it has parameters."
     )
 
 
@@ -193,15 +228,21 @@ class BehaviourDef(Traced, first="eq table fig title"):
         None, "A terminal condition, by name or in place, `always` or `never`.", step="ends"
     )
     error: ErrorDef | None = key(
-        None, "An error condition, by name or in place; `never` if left out.", step="ends"
+        None, "Error conditions, by name or in place; `never` if left out.", step="ends"
     )
 
 
-class StateDef(Traced, short="behaviour", first="behaviour title"):
-    """A state of the subsystem's machine."""
+class DeclaredBehaviourDef(BehaviourDef, first="signature eq table fig title"):
+    """A behaviour with a name, and with parameters if it has a signature."""
+
+    signature: ParametersText | None = None
+
+
+class StateDef(BehaviourDef, short="behaviour", first="behaviour title"):
+    """A state of the subsystem's machine, with the name of its behaviour or with a behaviour."""
 
     behaviour: Annotated[str, Text(Role("name", "behaviour"))] | None = key(
-        None, "The behaviour that runs in this state."
+        None, "The behaviour that runs in this state, with arguments if it has parameters."
     )
     ignores: list[Annotated[str, Text()]] = key(
         [], "Events that may come in this state without being looked at, `x.peer.element`."
@@ -214,18 +255,32 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
 StateNames = Annotated[list[StateName], ListForm(single=(str,), min_length=1)]
 
 
+class ModeDef(Traced, first="title states initial error"):
+    """A group of states that share rows, error conditions and a timer."""
+
+    states: StateNames = key(about="The states and modes in it.")
+    initial: StateName | None = key(
+        None, "The state or mode inside that is entered where a row names the mode."
+    )
+    error: ErrorDef | None = key(
+        None, "Error conditions with names, evaluated in each of its states.", step="ends"
+    )
+
+
 class TransitionDef(Traced, row="from cause when to"):
     """A row of the transition table."""
 
     sources: StateNames = key(
-        about="State whose behaviour ended, or a list of states that each have the row.",
+        about="State whose behaviour ended, a mode, or a list of them that each have the row.",
         alias="from",
     )
-    cause: Cause = key(about="Which condition ended it: `terminal` or `error`.")
+    cause: Annotated[str, Text(Role("name", "error condition"), examples=("terminal", "error"))] = (
+        key(about="What ended it: `terminal`, `error`, or the name of an error condition.")
+    )
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
         about="An initial condition, `always` or `otherwise`."
     )
-    target: StateName = key(about="State that is entered.", alias="to")
+    target: StateName = key(about="State or mode that is entered, or `resume(mode)`.", alias="to")
 
 
 ROW_KEYS = TransitionDef.row
@@ -268,10 +323,17 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
         None, "All that it does in every period, if it has one state only.", step="ends"
     )
     conditions: ConditionsDef = key(ConditionsDef, "Initial, terminal and error conditions.")
-    functions: dict[Name, FunctionDef] = key({}, "Transition functions.", defines="function")
-    behaviours: dict[Name, BehaviourDef] = key({}, "What can run in a state.", defines="behaviour")
+    functions: dict[Name, DeclaredFunctionDef] = key(
+        {}, "Transition functions.", defines="function"
+    )
+    behaviours: dict[Name, DeclaredBehaviourDef] = key(
+        {}, "What can run in a state.", defines="behaviour"
+    )
     states: dict[Name, StateDef] = key(
         {}, "States, each with its behaviour.", defines="state", step="fsm"
+    )
+    modes: dict[Name, ModeDef] = key(
+        {}, "Groups of states that share rows, errors and a timer.", defines="mode", step="fsm"
     )
     initial_state: StateName | None = key(None, "State of the first period.", step="fsm")
     transitions: list[TransitionDef] = key(

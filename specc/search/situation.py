@@ -157,10 +157,7 @@ class Interpreter:
         self.period_s = float(1 / subsystem.rate_hz)
         self.results = {operator.name: operator.result for operator in system.operators}
         self._files = dict(system.files)
-        self.changing = frozenset(
-            a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
-        )
-        """Memory that some behaviour assigns."""
+        self.changing = subsystem.changing_memory
         self._last: tuple[Situation | None, bool, Environment] = (None, False, Environment())
         """What was asked about last, for its lets and constants."""
 

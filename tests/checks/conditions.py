@@ -149,8 +149,8 @@ def machine(
     cause: Any = "terminal",
 ) -> Subsystem:
     """A subsystem whose state S has one row for each of the conditions."""
-    ends = named("ended", "terminal", terminal), named("failed", "error", error)
-    behaviour = Behaviour("b", (), *ends, "", Trace(), HERE)
+    end, failure = named("ended", "terminal", terminal), named("failed", "error", error)
+    behaviour = Behaviour("b", (), end, (("error", failure),), "", Trace(), HERE)
     conditions = [named(f"row_{i}", "initial", when) for i, when in enumerate(rows)]
     return Subsystem(
         agent="a",
@@ -162,7 +162,7 @@ def machine(
         constants=(),
         memory=(),
         lets=tuple(Let(n, v, "", Trace(), HERE) for n, v in (lets or {}).items()),
-        conditions=(*ends, *conditions),
+        conditions=(end, failure, *conditions),
         functions=(),
         behaviours=(behaviour,),
         states=(State("S", behaviour, "", Trace(), HERE),),

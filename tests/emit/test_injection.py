@@ -91,7 +91,7 @@ def spec(t: tuple[str, ...]) -> System:
         behaviour,
         (Function(function, made, title, trace, HERE),),
         condition(row, fresh, "terminal", (1,), title),
-        condition(row, chosen, "error", (2,), title),
+        (("error", condition(row, chosen, "error", (2,), title)),),
         title,
         trace,
         HERE,

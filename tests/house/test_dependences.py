@@ -8,8 +8,10 @@ ANSWER, NODE = "analysis/reads.py", "model/expr.py"
 LANGUAGE = {
     "lang/errors.py": "where a name in a message comes from",
     "lang/evaluate.py": "its value",
+    "lang/functions.py": "the let that a question about the time of a mode stands for",
     "lang/names.py": "what a name is",
     "lang/show.py": "its text",
+    "resolve/modes.py": "the modes whose time is asked for",
     "resolve/uses.py": "which definition it names, for editors",
 }
 VALUES = {

@@ -151,7 +151,7 @@ class Spec:
             name,
             (function,),
             condition(f"{name}_ended", self.when(terminal), "terminal"),
-            condition(f"{name}_failed", self.when(error), "error"),
+            (("error", condition(f"{name}_failed", self.when(error), "error")),),
             "",
             NO_TRACE,
             HERE,

@@ -97,7 +97,7 @@ class Reference:
 
     def _decide(self, behaviour: Behaviour) -> int:
         env = self._environment()
-        for cause, condition in (("error", behaviour.error), ("terminal", behaviour.terminal)):
+        for cause, condition in behaviour.endings:
             if evaluate(condition.when, env):
                 rows = [
                     index

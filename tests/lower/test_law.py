@@ -195,7 +195,7 @@ def behaviours(draw: st.DrawFn, name: str) -> Behaviour:
     function = Function(f"{name}_function", tuple(made), "", NO_TRACE, HERE)
     terminal = condition(f"{name}_ended", draw(conditions(2)), "terminal")
     error = condition(f"{name}_failed", draw(conditions(1)), "error")
-    return Behaviour(name, (function,), terminal, error, "", NO_TRACE, HERE)
+    return Behaviour(name, (function,), terminal, (("error", error),), "", NO_TRACE, HERE)
 
 
 def rows_of(source: str, first: m.Expr, second: m.Expr) -> Iterator[Transition]:
@@ -277,7 +277,7 @@ def in_loops(system: System) -> bool:
     subsystem = system.subsystems[0]
     roots = [let.value for let in subsystem.lets]
     roots += [a.value for b in subsystem.behaviours for a in b.assignments]
-    roots += [c.when for b in subsystem.behaviours for c in (b.terminal, b.error)]
+    roots += [c.when for b in subsystem.behaviours for _, c in b.endings]
     roots += [row.condition.when for row in subsystem.transitions]
     loops = [n for root in roots for n in walk(root) if isinstance(n, m.Quantifier)]
     return any(isinstance(n, m.Call) for loop in loops for n in walk(loop.body))

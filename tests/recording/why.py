@@ -102,14 +102,15 @@ class Reference:
         """Of what is asked, in the words in which it is told."""
         machine = self.machine
         subsystem, behaviour = machine.subsystem, machine.behaviour()
-        found = {f"error {behaviour.error.name}": self._truth(behaviour.error.when)}
-        cause: Any = "error"
-        if not found[f"error {behaviour.error.name}"]:
-            cause = "terminal"
-            ended = self._truth(behaviour.terminal.when)
-            found[f"terminal {behaviour.terminal.name}"] = ended
-            if not ended:
-                return found
+        found: dict[str, bool] = {}
+        cause = ""
+        for ending, condition in behaviour.endings:
+            found[f"{condition.kind} {condition.name}"] = self._truth(condition.when)
+            if self._truth(condition.when):
+                cause = ending
+                break
+        if not cause:
+            return found
         row = machine.decide(self.now)
         for index, other in subsystem.rows(machine.state, cause):
             text = f"row {other.source} {cause} {other.condition.name} -> {other.target}"

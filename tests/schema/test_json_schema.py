@@ -57,7 +57,7 @@ def test_schema_is_one() -> None:
         ("rate: 10 Hz", "rats: 10 Hz", "subsystem"),
         ("specc: 1", "specc: 2", "specc"),
         ("S0: idle", "S0: {behavior: idle}", "subsystem/states/S0"),
-        ("[S0, terminal,", "[S0, finished,", "subsystem/transitions/0"),
+        ("[S0, terminal,", "[S0, 1,", "subsystem/transitions/0"),
     ],
 )
 def test_schema_refuses(old: str, new: str, refused: str, tmp_path: Path) -> None:

@@ -71,7 +71,8 @@ def _claims(machine: analysis.Machine) -> Claims:
     for state in subsystem.states:
         for late in machine.dwell_times.overdue_exits(state):
             if late.row is None:
-                cause = "error" if late.condition is state.behaviour.error else "terminal"
+                endings = state.behaviour.endings
+                cause = next(cause for cause, end in endings if end is late.condition)
                 found.never_ends.add((state.name, cause))
             else:
                 found.never_taken.add(subsystem.transitions.index(late.row))

@@ -141,8 +141,9 @@ class Machine:
                     self.broken.append(index)
             row = self.decide(now)
             if row >= 0:
-                self.state = self.subsystem.transitions[row].target
-                self.periods = 0
+                taken = self.subsystem.transitions[row]
+                self.state, self.periods = taken.target, 0
+                self.memory |= {name: value(what, now) for name, what in taken.sets}
         sent = self.execute(inputs, fresh)
         if self.broken:
             return self._broken()
@@ -150,12 +151,9 @@ class Machine:
 
     def decide(self, now: Situation) -> int:
         """The row to take, or -1: an error goes before an end, and exactly one row must hold."""
-        behaviour = self.behaviour()
-        if value(behaviour.error.when, now):
-            cause = "error"
-        elif value(behaviour.terminal.when, now):
-            cause = "terminal"
-        else:
+        endings = self.behaviour().endings
+        cause = next((name for name, end in endings if value(end.when, now)), None)
+        if cause is None:
             return -1
         rows = [
             (index, row)

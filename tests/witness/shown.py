@@ -43,8 +43,7 @@ def shows(found: Example, facts: Facts, decided: RowVerdictAt, witness: Witness)
         return bool(meaning.value(runnable(condition), found.situation, strictly=True))
 
     behaviour = decided.state.behaviour
-    assert true(behaviour.error.when) is (decided.cause == "error")
-    assert decided.cause == "error" or true(behaviour.terminal.when)
+    assert all(true(when) is holds for when, holds in behaviour.facts_after(decided.cause))
     assert all(true(axiom.that) for axiom in decided.subsystem.axioms)
     invariants = facts.of(decided.subsystem).invariants
     assert is_incomplete(decided.subsystem, decided.state, decided.cause) or all(

@@ -219,23 +219,25 @@ def remembered(layout: Layout, exact: bool) -> Sequence[Element]:
 
 def passage_of(
     table: Sequence[Transition],
-    ends: Mapping[str, tuple[str, str, str]],
+    ends: Mapping[str, tuple[str, str | Mapping[str, str], str]],
     before: str,
     row: int,
     state: str,
 ) -> dict[str, Any]:
     """States, cause and row of a step, with the evaluated conditions and their values.
 
-    The error condition comes first, then the terminal condition, then the initial conditions of
-    the rows, of which exactly one holds.
+    Error conditions come first, then the terminal condition, up to the one that holds; then the
+    initial conditions of the rows, of which exactly one holds.
     """
     cause, row_text = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
     conditions = {}
     if before:
         terminal, error, _ = ends[before]
-        conditions[error] = cause == "error"
-        if cause != "error":
-            conditions[terminal] = cause == "terminal"
+        errors = {"error": error} if isinstance(error, str) else error
+        for ending, condition in (*errors.items(), ("terminal", terminal)):
+            conditions[condition] = cause == ending
+            if cause == ending:
+                break
     if row >= 0:
         rows = enumerate(table)
         conditions |= {

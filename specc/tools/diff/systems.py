@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeVar
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.model.expr import Node
-from specc.model.fsm import Behaviour, Condition, Function, State, Trace, Transition
+from specc.model.fsm import Behaviour, Cause, Condition, Function, State, Trace, Transition
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
     PLANT,
@@ -252,11 +252,20 @@ def _compare_when(diff: SystemDiff, part: PartLog, old: Condition, new: Conditio
     part.compare_expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
 
 
+def _compare_functions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """Functions by their names; calls that only one has are those of its behaviours."""
+    before, after = ({f.name: f for f in s.functions} for s in (old, new))
+    both = before.keys() & after.keys()
+    named = ({n: f for n, f in of.items() if "(" not in n or n in both} for of in (before, after))
+    diff.parts("function", named)
+
+
 def _compare_behaviours(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
 
     def text(behaviour: Behaviour) -> str:
         functions = ", ".join(sorted(f.name for f in behaviour.functions)) or "no functions"
-        return f"{functions}; terminal {behaviour.terminal.name}, error {behaviour.error.name}"
+        errors = ", ".join(error.name for _, error in behaviour.errors)
+        return f"{functions}; terminal {behaviour.terminal.name}, error {errors}"
 
     before, after = ({b.name: b for b in s.behaviours} for s in (old, new))
     _compare_renamable(diff, before, after, _is_same_behaviour, text)
@@ -268,7 +277,11 @@ def _is_same_behaviour(one: Behaviour, other: Behaviour, machine: Equivalence) -
     return (
         before.keys() == after.keys()
         and machine.compare_conditions(one.terminal.when, other.terminal.when).same
-        and machine.compare_conditions(one.error.when, other.error.when).same
+        and len(one.errors) == len(other.errors)
+        and all(
+            cause == again and machine.compare_conditions(error.when, other_error.when).same
+            for (cause, error), (again, other_error) in zip(one.errors, other.errors, strict=True)
+        )
         and all(machine.compare(before[target], after[target]).same for target in before)
     )
 
@@ -304,10 +317,14 @@ def _compare_renamable(
 
 def _compare_effects(diff: SystemDiff, part: PartLog, old: Behaviour, new: Behaviour) -> None:
     """How a behaviour ends, and what it assigns; what parts of both do is compared there."""
-    for (cause, one), (_, other) in zip(reversed(old.endings), reversed(new.endings), strict=True):
+    for cause in dict.fromkeys((*old.causes, *new.causes)):
+        if cause not in old.causes or cause not in new.causes:
+            part.changed(f"error condition {cause}", *(_ending_text(b, cause) for b in (old, new)))
+            continue
+        one, other = (behaviour.ending(cause) for behaviour in (old, new))
         if one.name != other.name:
             verdict = diff.machine.compare_conditions(one.when, other.when)
-            part.verdict(verdict, (one.name, other.name), f"{cause} condition")
+            part.verdict(verdict, (one.name, other.name), f"{one.kind} condition")
     before, after = (
         {a.target: (f.name, a.value) for f in b.functions for a in f.assignments}
         for b in (old, new)
@@ -321,6 +338,10 @@ def _compare_effects(diff: SystemDiff, part: PartLog, old: Behaviour, new: Behav
             is_compared = name == again or diff.values.compare(value, now).same
         if not is_compared:
             part.changed(target, *("not assigned" if e is None else show(e) for e in (value, now)))
+
+
+def _ending_text(behaviour: Behaviour, cause: Cause) -> str:
+    return show(behaviour.ending(cause).when) if cause in behaviour.causes else "none"
 
 
 def _compare_initial_states(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
@@ -355,10 +376,13 @@ def _compare_rows(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) 
             continue
         # When the cause occurs, as far as both versions agree on it; the error has priority (2.4).
         one, other = (s.state(before[0].source).behaviour for s in (old, new))
-        premises = [*conditions.common([one.error.when], [other.error.when])]
-        if before[0].cause == "terminal":
-            terminal = conditions.common([one.terminal.when], [other.terminal.when])
-            premises = [*terminal, *map(conditions.make.negation, premises)]
+        premises: list[Any] = []
+        for (when, holds), (again, _) in zip(
+            *(behaviour.facts_after(before[0].cause)[::-1] for behaviour in (one, other)),
+            strict=False,
+        ):
+            common = conditions.common([when], [again])
+            premises += common if holds else map(conditions.make.negation, common)
         whens = [[row.condition.when for row in rows] for rows in (before, after)]
         texts = _condition_names(before), _condition_names(after)
         arc.verdict(conditions.compare(whens[0], whens[1], premises), texts, "condition")
@@ -570,14 +594,14 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     },
     Element: {"max_age_s": _compare_guarantees, "safe": None, "event": None},
     Subsystem: {
-        **dict.fromkeys(("has_rate", "has_initial_state")),
+        **dict.fromkeys(("has_rate", "has_initial_state", "generics")),
         "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.has_rate else "not known"),
         "ports": _compare_ports,
         "constants": _parts("parameter", "constants"),
         "memory": _parts("memory", "memory"),
         "lets": _parts("let", "lets"),
         "conditions": _compare_conditions,
-        "functions": _parts("function", "functions"),
+        "functions": _compare_functions,
         "behaviours": _compare_behaviours,
         "states": _parts("state", "states"),
         "initial_state": _compare_initial_states,
@@ -585,8 +609,11 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "axioms": _compare_assumptions,
     },
     Condition: {"when": _compare_when},
-    Function: {"assignments": _compare_assignments, "is_complete": None},
-    Behaviour: {"functions": _compare_effects, "is_complete": None},
+    Function: {"assignments": _compare_assignments, **dict.fromkeys(("is_complete", "generic"))},
+    Behaviour: {
+        "functions": _compare_effects,
+        **dict.fromkeys(("is_complete", "generic", "arguments")),
+    },
     State: {"behaviour": _compare_behaviour, "ignores": None, "holds": None},
     Plant: {
         "ros2": _parts("ros2", "ros2"),

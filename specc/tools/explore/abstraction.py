@@ -95,7 +95,13 @@ def _cone_state(machine: AbstractMachine, state: State, failing: Collection[str]
             end.name,
             end.when,
             tuple(
-                ConeRow(index, row.target, row.condition.name, row.condition.when)
+                ConeRow(
+                    index,
+                    row.target,
+                    row.condition.name,
+                    row.condition.when,
+                    tuple((name, value) for name, value in row.sets if name in machine.memory),
+                )
                 for index, row in machine.subsystem.rows(state.name, cause)
             ),
         )

@@ -310,9 +310,9 @@ def _is_same_step(one: RepeatedStep, two: RepeatedStep, times: int) -> bool:
     if evaluated[0] != evaluated[1]:
         return False
     if one.move.row >= 0:
-        plain, drawn = (replace(known, periods=0, _residuals={}) for known in (plain, drawn))
-    target = one.move.target
-    written, next_ = (dict(walker.assignments(target, known)) for known in (plain, drawn))
+        plain, drawn = (walker.known_at_entry(one.move.row, known) for known in (plain, drawn))
+    step = one.move.row, one.move.target
+    written, next_ = (dict(walker.assignments(*step, known)) for known in (plain, drawn))
     given, then = (walker.assigned_numbers(each.after, each.move.sent) for each in (one, two))
     values = {key: tuple(map(walker.values.value, (given[key], then[key]))) for key in written}
     return written.keys() == next_.keys() and all(

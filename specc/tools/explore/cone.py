@@ -32,6 +32,8 @@ class ConeRow:
     target: str
     condition: str
     when: m.Expr
+    sets: tuple[tuple[str, m.Expr], ...] = ()
+    """Memory of modes that is followed, and the literals that it gets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +140,12 @@ class Cone:
     def state(self) -> dict[str, ConeState]:
         """The states by name."""
         return {state.name: state for state in self.states}
+
+    @cached_property
+    def row_sets(self) -> dict[int, dict[str, m.Expr]]:
+        """What each row sets, by its index; nothing for -1, which takes no row."""
+        rows = (row for state in self.states for end in state.endings for row in end.rows)
+        return {-1: {}} | {row.index: dict(row.sets) for row in rows}
 
     def is_measured(self, expr: m.Expr) -> bool:
         """Whether an expression is computed from measurements, or from ages."""

@@ -262,14 +262,14 @@ class Walker:
     ) -> Iterator[tuple[MachineState, Transition]]:
         """The machine after a branch; its clock is `SAME_STATE` if no state is entered."""
         answers, is_same_state = before.answers, branch.row < 0 and before.state != ""
-        known = known if is_same_state else replace(known, periods=0, _residuals={})
+        known = known if is_same_state else self.known_at_entry(branch.row, known)
         if any(
             surely_fails(residual(value, known)) for value in self.cone.state[branch.target].failing
         ):
             yield _failure(before, before.state or branch.target, free)
             return
         written = dict[InputName, tuple[int, ...]]()
-        for key, value in self.assignments(branch.target, known):
+        for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
             written[key] = self.values.possible_numbers(target, value, known, sent=output)
@@ -291,10 +291,21 @@ class Walker:
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
             yield now, Transition(before.state, branch.target, branch.row, sent, free, lost)
 
-    def assignments(self, state: str, known: KnownValues) -> Iterator[tuple[InputName, m.Expr]]:
-        """The values that the functions of a state give to tracked outputs and memory."""
-        for (peer, name), assigned in self.cone.state[state].assignments:
-            value = residual(assigned, known)
+    def known_at_entry(self, row: int, known: KnownValues) -> KnownValues:
+        """The known values with which the functions of a state that a row enters begin."""
+        memory = {**known.memory, **self.cone.row_sets[row]}
+        return replace(known, periods=0, memory=memory, _residuals={})
+
+    def assignments(
+        self, row: int, state: str, known: KnownValues
+    ) -> Iterator[tuple[InputName, m.Expr]]:
+        """The values that a row and the functions of a state give to tracked outputs and memory."""
+        assigned = dict(self.cone.state[state].assignments)
+        for name, value in self.cone.row_sets[row].items():
+            if ("", name) not in assigned:
+                yield ("", name), value
+        for (peer, name), value in assigned.items():
+            value = residual(value, known)
             if peer or not (isinstance(value, m.MemoryRef) and value.name == name):
                 yield (peer, name), value
 

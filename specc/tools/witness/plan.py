@@ -304,7 +304,7 @@ class Driver:
             gone = run_for(run, step_between(driven.last, at), periods)
             if not gone:
                 behaviour = self._subsystem.state(state).behaviour
-                goals = [(behaviour.error.when, False), (behaviour.terminal.when, False)]
+                goals = [(condition.when, False) for _, condition in behaviour.endings]
                 at, gone = self.find_situation(at, [*goals, *self.inputs.axioms], state), 1
             step = step_between(driven.last, at, state, "it goes on")
             *earlier, last = driven.steps
@@ -497,8 +497,8 @@ class Planner:
     def _end_goals(self, state: str) -> list[list[Goal]]:
         """Goals under which all conditions are evaluated: an early one may end the state before."""
         behaviour = self._subsystem.state(state).behaviour
-        going = (behaviour.error.when, False)
-        ends: list[list[Goal]] = [[], [going], [going, (behaviour.terminal.when, True)]]
+        going: list[Goal] = [(error.when, False) for _, error in behaviour.errors]
+        ends: list[list[Goal]] = [[], going, [*going, (behaviour.terminal.when, True)]]
         return [[*self._driver.inputs.axioms, *goals] for goals in ends]
 
     def _runs(self, wanted: Situation | None, ways: Iterable[TransitionPath]) -> Iterator[Driven]:

@@ -54,7 +54,7 @@ def test_behaviours_of_a_state_end_together(workshop: Workshop) -> None:
     behaviour = press.state("pressing").behaviour
     assert behaviour.name == "watch_and_press"
     assert show(behaviour.terminal.when) == "gotStop"
-    assert show(behaviour.error.when) == "not CURRENT_BEHAVIOR_OK or not statusValid"
+    assert show(behaviour.ending("error").when) == "not CURRENT_BEHAVIOR_OK or not statusValid"
     targets = {a.target for a in behaviour.assignments}
     assert targets == {"components", "y.press_bottom.ram_cmd", "y.press_top.report"}
 
