@@ -143,7 +143,9 @@ def live_in_formulas(system: System) -> frozenset[str]:
 
 def _live_in(subsystem: Subsystem, system: System) -> frozenset[str]:
     constants = (*system.constants, *subsystem.constants)
-    return live_names(nodes(subsystem), {each.name: each.value for each in constants})
+    given = (node for b in subsystem.behaviours for each in b.arguments for node in walk(each))
+    every = chain(nodes(subsystem), given)
+    return live_names(every, {each.name: each.value for each in constants})
 
 
 def live_names(nodes: Iterable[Expr], constants: Mapping[str, Expr]) -> frozenset[str]:
