@@ -13,6 +13,7 @@ from specc_runtime.session import Session
 from specc_runtime.system import LiveConstant
 
 from tests.recording.runs import messages, report_of, specc
+from tests.runtime.apart import Run, built
 from tests.runtime.test_disturbances import MODEL, SPEC
 
 CONSTANTS = """constants:
@@ -187,3 +188,49 @@ def test_a_value_that_is_set_is_within_the_range(tmp_path: Path) -> None:
     found = specc("run", spec_in(tmp_path), "--set", "v=2.5")
     assert found.returncode == 2
     assert "E0343]: `v` is 2.5[m/s], outside of its range, 0[m/s] to 2[m/s]" in found.stderr
+
+
+ALONE = """\
+specc: 1.2
+system: alone
+constants:
+  v: {is: 1, range: [0, 100], live: true}
+  w: {is: "0.5[m]", range: [0, 2], live: true}
+agents:
+  a:
+    control:
+      rate: 50 Hz
+      x: {b: {s: {type: "real[m]", init: 0}}}
+      y: {b: {n: int}}
+      memory: {n: {type: int, init: v}}
+      functions: {count: {n: n + v, y.b.n: n}}
+      behaviours: {count: {functions: [count], terminal: never}}
+      states: {S0: count}
+      initial_state: S0
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {n: {type: int, init: 0}}}
+      y: {a: {s: "real[m]"}}
+      memory: {s: {type: "real[m]", init: w}}
+      functions: {add: {s: "s + w * (1 + v) + x.a.n * 0.001[m]", y.a.s: s}}
+      behaviours: {add: {functions: [add], terminal: never}}
+      states: {S0: add}
+      initial_state: S0
+"""
+
+
+def test_a_process_sees_a_change_as_all_others_do(tmp_path: Path) -> None:
+    package, digests = built(tmp_path, ALONE), set()
+    for apart in ((), ("b.c",), ("a.c", "b.c")):
+        with Run(package, *apart) as run:
+            run.executor.set_constant("v", 7)
+            for tick in range(0, 200, 13):
+                run.to(tick)
+                run.executor.set_constant("v", tick % 11)
+                run.executor.set_constant("w", tick / 100)
+            run.to(250)
+            assert run.faults == []
+            assert run.records[-1].sent
+            digests.add(run.digest.hexdigest())
+    assert len(digests) == 1
