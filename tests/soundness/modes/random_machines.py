@@ -17,7 +17,7 @@ STEADY = {"go": "bool", "n": "int", "d": "real[m]", "k": "Colour"}
 """What comes in every period, from a device through an effector."""
 SPORADIC = {"e": "int", "c": "Colour"}
 """What comes now and then, from a receptor; without a value until then."""
-IN_STATES = False
+IN_STATES = True
 """Whether behaviours may stand in their states."""
 TIMES = ("0.1", "0.2", "0.3", "0.5")
 
