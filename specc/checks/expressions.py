@@ -50,6 +50,7 @@ _CODES = {
     "angle": "E0330",
     "turn": "W0342",
     "quaternion": "E0331",
+    "axis": "E0331",
     "bounds": "W0332",
     "itself": "W0333",
     "unchanged": "W0338",
@@ -104,6 +105,9 @@ def _words(found: SuspiciousExpression) -> tuple[str, str]:
         case "quaternion":
             help = "write x, y, z, w of a rotation; the sum of their squares is 1"
             return f"the length of this quaternion is {found.number:.4g}, not 1", help
+        case "axis":
+            help = "write a vector along the axis, e.g. `[0, 0, 1]`; its length does not matter"
+            return "an axis of length zero has no direction", help
         case "bounds":
             help = "the lower bound goes with `max`, the upper one with `min`"
             if isinstance(expr, Builtin) and FUNCTIONS[expr.name].limits:

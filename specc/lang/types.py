@@ -421,6 +421,10 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
 # What a buffer names: an interface with its frames and types, `Report[W, Status]`.
 
 
+SAME = "same"
+"""In the place of an interface: the elements of the other end."""
+
+
 @dataclass(frozen=True, slots=True)
 class InterfaceUse:
     """The name of an interface, with the frames and types that it is given."""
@@ -446,11 +450,14 @@ def parse_interface(
     name, args = name_and_arguments(tree)
     if not name:
         raise ExprError(_NO_INTERFACE, 0, len(text), _INTERFACE, "E0237")
+    if name == SAME and name not in interfaces:
+        message, help = f"`{SAME}` takes nothing in brackets", f"write `{SAME}`"
+        raise ExprError(message, *span(tree), help, "E0237")
     if name not in interfaces:
         start = span(tree)[0]
         at = start, start + len(name)
         way = "declare it under `interfaces:`"
-        raise unknown_name("interface", name, interfaces, way, at, "E0201")
+        raise unknown_name("interface", name, [*interfaces, SAME], way, at, "E0201")
     frames, types = interfaces[name]
     if len(args) != len(frames) + len(types):
         usage = ", ".join((*frames, *types))

@@ -179,7 +179,14 @@ class Builtin(Node):
 
 LENGTH, JOINED, REST, NEAR, FLOAT, FINITE = "len", "joined", "rest", "near", "float", "finite"
 """Functions that the compiler calls itself."""
-FRAMELESS = IDENTITY, TRANSLATION, POSE = "identity", "translation", "pose"
+INVERSE = "inverse"
+FRAMELESS = IDENTITY, TRANSLATION, ROTATION, RPY, POSE = (
+    "identity",
+    "translation",
+    "rotation",
+    "rpy",
+    "pose",
+)
 """Functions whose result is a pose in the frames of its place."""
 
 

@@ -1,4 +1,5 @@
-"""Short ways to write parts, written out before anything is read: `for`, short forms, rows.
+"""Short ways to write parts, written out before anything is read: `for`, short forms, rows,
+`through` of devices.
 
 A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
 arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. A text in place of a mapping becomes the
@@ -6,6 +7,9 @@ mapping, and so does a row of a table; a single item becomes a list. A behaviour
 state becomes a declared one with the name of the state. All that is made knows the
 route of the text that it comes from. In expressions blanks fill the room of the braces, so that
 columns stay right.
+
+A device that says `through: 50 Hz` gets a virtual effector or receptor of its name that passes
+everything on, and both ends at the control subsystem, where these are not written.
 """
 
 from __future__ import annotations
@@ -22,14 +26,15 @@ from typing import Any
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
+from specc.lang.types import SAME
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.files import SpecFile
+from specc.schema.files import AgentDef, SpecFile
 from specc.schema.keys import ListKind, SpecModel, Text, Traced, ValueKind, is_model
 from specc.schema.places import SchemaNode
 from specc.schema.subsystem import BehaviourDef, SubsystemDef
 from specc.source import Place, Route
 
-FOR = "for"
+FOR, THROUGH = "for", "through"
 Indices = Mapping[str, int]
 
 
@@ -83,6 +88,25 @@ def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
     return value
 
 
+def _mapping_in(part: Mapping[Any, Any], key: str) -> dict[Any, Any]:
+    """The mapping at a key; empty if there is none."""
+    found = part.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _with(part: Mapping[Any, Any], key: str, value: Any, at: Route | None = None) -> Desugared:
+    """A mapping with another value, which stands at a route of its own or below the mapping."""
+    routes = part.routes if isinstance(part, Desugared) else {}
+    return Desugared({**part, key: value}, routes if at is None else {**routes, key: at})
+
+
+def _with_entry(
+    part: Mapping[Any, Any], key: str, name: Any, value: Any, at: Route | None = None
+) -> Desugared:
+    """A mapping with one more entry in the mapping at a key."""
+    return _with(part, key, _with(_mapping_in(part, key), name, value, at))
+
+
 class _TooManyError(Exception):
     """Message and route: more values than are read."""
 
@@ -115,6 +139,8 @@ class _Desugaring:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
         value = _in_full(node.kind, value, route)
+        if node.kind is AgentDef and isinstance(value, dict):
+            value = self._with_passed_devices(value, route)
         if isinstance(value, dict):
             full = self._mapping(node, value, route, indices)
             return self._with_named_behaviours(full, route) if node.kind is SubsystemDef else full
@@ -133,6 +159,36 @@ class _Desugaring:
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
+
+    def _with_passed_devices(self, agent: dict[Any, Any], route: Route) -> dict[Any, Any]:
+        """An agent with what `through` of its devices stands for."""
+        for word in ("effector", "receptor"):
+            key, virtual = f"real_{word}s", f"virtual_{word}s"
+            for name, device in _mapping_in(agent, key).items():
+                at = *route, key, name
+                if not isinstance(device, dict) or THROUGH not in device:
+                    continue
+                if name in _mapping_in(agent, virtual):
+                    words = (
+                        f"`{name}` is defined twice: `{THROUGH}` of the device makes one as well"
+                    )
+                    help = f"delete `{THROUGH}` of the device, or this one"
+                    self.report("E0205", words, (*route, virtual, name), help, is_key=True)
+                    continue
+                part = {"rate": device[THROUGH], THROUGH: "identity"}
+                routes = dict.fromkeys(part, (*at, THROUGH))
+                part |= {each: device[each] for each in (FOR, "title") if each in device}
+                agent = _with_entry(agent, virtual, name, Desugared(part, routes), at)
+                control = agent.get("control")
+                if not isinstance(control, dict) or "use" in control:
+                    continue
+                is_many = FOR in device and _BRACES.search(str(name))
+                end = {FOR: device[FOR], "is": SAME} if is_many else SAME
+                for side, far in (("x", "y"), ("y", "x")):
+                    if device.get(far) and name not in _mapping_in(control, side):
+                        control = _with_entry(control, side, name, end)
+                agent = _with(agent, "control", control)
+        return agent
 
     def _mapping(
         self, node: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices

@@ -426,8 +426,8 @@ InterfaceText = Annotated[
     str,
     Text(
         Role("interface"),
-        "An interface, with its frames and types: `Report` or `Report[W]`.",
-        examples=("Report", "Report[W]"),
+        "An interface, with its frames and types: `Report` or `Report[W]`; or `same`.",
+        examples=("Report", "Report[W]", "same"),
     ),
 ]
 RangeText = Annotated[

@@ -50,20 +50,35 @@ class InputDef(ReceivedDef):
     event: bool = key(False, "Whether none of its values may be missed.")
 
 
+class RefinedInputDef(InputDef):
+    """An element of an input buffer, or what is different about one that `is` gives."""
+
+    type: WrittenType | None = key(  # type: ignore[assignment]  # is never written to
+        None, "Its type; left out for an element that `is` gives."
+    )
+
+
 class BufferDef(SpecModel, short="is", first="for is"):
     """The elements of a buffer: those of an interface, and further ones."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     interface: InterfaceText | None = key(
-        None, "Interface that names the elements, e.g. `Report[W]`.", alias="is"
+        None,
+        "Interface that names the elements, e.g. `Report[W]`, or `same`: those of the other end.",
+        alias="is",
     )
     elements: dict[ReadableName, ElementDef] = key({}, alias=OTHERS, defines="element")
+
+    @property
+    def own(self) -> dict[str, ElementDef]:
+        """The elements that have a type here; the others are those of `is`, with more said."""
+        return {n: item for n, item in self.elements.items() if "type" in item.model_fields_set}
 
 
 class InputBufferDef(BufferDef, first="for is"):
     """The elements of an input buffer: those of an interface, and further ones."""
 
-    elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
+    elements: dict[ReadableName, RefinedInputDef] = key(  # type: ignore[assignment]  # is never written to
         {}, alias=OTHERS, defines="element"
     )
 

@@ -10,7 +10,7 @@ from specc.lang import ExprError, ExprErrors
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
 from specc.lang.syntax import USAGE
-from specc.lang.types import SYNTAX
+from specc.lang.types import SAME, SYNTAX
 from specc.lang.typing import expression
 from specc.model.fsm import Parameter
 from specc.model.system import PLANT, System
@@ -171,6 +171,8 @@ class _Proposals:
                 arguments: tuple[SymbolKind, ...] = ("frame", "type")
                 kinds = arguments if "[" in before else ("interface",)
                 yield from self._visible(*kinds, owner=())
+                if not before:
+                    yield Completion(SAME, "value", "the elements of the other end")
             case "name" if role and _is_argument(role, cursor):
                 yield from self._expression("full", before)
                 yield from self._around(cursor)
