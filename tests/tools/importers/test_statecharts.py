@@ -318,6 +318,18 @@ CHARTS = {
         paused
           resume -> where
         """,
+    "a state goes back to where it is, and begins anew inside": """
+        work
+          again -> where
+          history where -> first
+          first
+            next -> inner
+          inner
+            second
+              next -> third
+            third
+              next -> first
+        """,
     "what is around goes back to where it is": """
         all
           again -> where
