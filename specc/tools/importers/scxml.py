@@ -15,6 +15,7 @@ from fractions import Fraction
 
 from specc.lang.packages import PACKAGES
 from specc.model.expr import FALSE, TRUE, Expr, negation
+from specc.model.fsm import NEVER_LEFT
 from specc.source import Place
 from specc.tools.importers.logic import atom, atoms, join, render
 from specc.tools.importers.reading import Notes, XmlElement
@@ -194,7 +195,7 @@ class _ChartAgent:
     ) -> None:
         self._chart, self.name, self.title = chart, name, chart.name
         self._events, self._all_guards, self._notes = events, guards, notes
-        self._state_names = SpecNames()
+        self._state_names = SpecNames((NEVER_LEFT,) if chart.compound else ())
         self.guards: dict[str, str] = {}
         self._lets = SpecNames(events.members)
         self.let: dict[str, Data] = {}

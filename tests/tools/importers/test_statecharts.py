@@ -54,6 +54,13 @@ def test_what_modes_cannot_say_is_refused_with_the_reason(
     assert {error.code for error in errors} == {"E0803"} and all(e.help for e in errors)
 
 
+def test_a_state_may_be_called_as_what_was_never_left(workshop: Workshop) -> None:
+    chart = IMPORTED["pause and resume"].replace("first", "never")
+    made = workshop.scxml(xml(chart))
+    assert workshop.compile(made).diagnostics == ()
+    assert "state `never` is called `never_2`" in [d.message for d in made.diagnostics]
+
+
 def test_a_chart_with_too_many_rows_is_refused(workshop: Workshop) -> None:
     transitions = "".join(f"  e{n} -> s0\n" for n in range(290))
     made = workshop.scxml(xml(f"work\n{transitions}" + "".join(f"  s{n}\n" for n in range(20))))
