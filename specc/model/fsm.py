@@ -190,6 +190,10 @@ class Transition:
     """The mode that it resumes; `target` is then one of the states that may have been left."""
     sets: tuple[tuple[str, Expr], ...] = ()
     """Memory of modes and the constants that it gets before the functions of `target` read it."""
+    source_mode: str = ""
+    """The mode that the row of the file names as its source; "" if it names the state."""
+    target_mode: str = ""
+    """The mode that the row of the file enters by its name; "" if it names the state."""
 
     @property
     def label(self) -> str:

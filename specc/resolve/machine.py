@@ -387,8 +387,9 @@ class MachineResolver:
             condition, is_remainder = conditions[row.index]
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
-            rest = condition, row.target, trace, place, is_remainder, row.resumes, memory.sets(row)
-            rows.append(Transition(row.source, row.cause, *rest))
+            rest = is_remainder, row.resumes, memory.sets(row), row.source_mode, row.target_mode
+            flat = Transition(row.source, row.cause, condition, row.target, trace, place, *rest)
+            rows.append(flat)
         remembered = [row.remembered for row in memory.table.rows]
         complete = zip(_with_remainders(rows), remembered, strict=True)
         return tuple([_where_left(row, state, memory) for row, state in complete])
