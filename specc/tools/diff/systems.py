@@ -21,6 +21,7 @@ from specc.model.system import (
     Device,
     Element,
     Let,
+    Memory,
     Operator,
     Plant,
     Subsystem,
@@ -151,10 +152,15 @@ def _parts(label: str, field: str, name: Callable[[Any], str] = _name) -> _Field
     def named(owner: object) -> dict[str, Any]:
         found = getattr(owner, field)
         if isinstance(found, tuple):
-            return {name(part): part for part in found}
+            return {name(part): part for part in found if _is_written(part)}
         return {} if found is None else {"": found}
 
     return lambda diff, _, old, new: diff.parts(label, map(named, (old, new)))
+
+
+def _is_written(part: object) -> bool:
+    """Whether a part stands in a file: what modes remember follows from what asks for it."""
+    return not isinstance(part, (Memory, Let)) or part.name.isidentifier()
 
 
 def _texts(label: str, field: str) -> _FieldRule:
@@ -418,6 +424,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "functions": _parts("function", "functions"),
         "behaviours": lambda diff, _, old, new: diff.machine.behaviours(old, new),
         "states": _parts("state", "states"),
+        "modes": lambda diff, _, old, new: diff.machine.modes(old, new),
         "initial_state": lambda diff, _, old, new: diff.machine.initial_states(old, new),
         "transitions": lambda diff, _, old, new: diff.machine.rows(old, new),
         "axioms": lambda diff, _, old, new: diff.machine.assumptions(old, new),
@@ -429,9 +436,8 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "is_complete": None,
     },
     State: {
+        **dict.fromkeys(("ignores", "holds", "modes")),
         "behaviour": lambda diff, *parts: diff.machine.behaviour(*parts),
-        "ignores": None,
-        "holds": None,
     },
     Plant: {
         "ros2": _parts("ros2", "ros2"),
