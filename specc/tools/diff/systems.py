@@ -240,6 +240,14 @@ def _compare_assignments(diff: SystemDiff, part: PartLog, old: Function, new: Fu
         part.compare_expressions(target, *both, diff.values.compare, "not assigned")
 
 
+def _compare_functions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """Functions by their names; calls that only one has are those of its behaviours."""
+    before, after = ({f.name: f for f in s.functions} for s in (old, new))
+    both = before.keys() & after.keys()
+    named = ({n: f for n, f in of.items() if "(" not in n or n in both} for of in (before, after))
+    diff.parts("function", named)
+
+
 # The plant, the task and the requirements.
 
 
@@ -414,14 +422,14 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     },
     Element: {"max_age_s": _compare_guarantees, "safe": None, "event": None},
     Subsystem: {
-        **dict.fromkeys(("has_rate", "has_initial_state")),
+        **dict.fromkeys(("has_rate", "has_initial_state", "generics")),
         "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.has_rate else "not known"),
         "ports": _compare_ports,
         "constants": _parts("parameter", "constants"),
         "memory": _parts("memory", "memory"),
         "lets": _parts("let", "lets"),
         "conditions": lambda diff, _, old, new: diff.machine.conditions(old, new),
-        "functions": _parts("function", "functions"),
+        "functions": _compare_functions,
         "behaviours": lambda diff, _, old, new: diff.machine.behaviours(old, new),
         "states": _parts("state", "states"),
         "modes": lambda diff, _, old, new: diff.machine.modes(old, new),
@@ -430,10 +438,10 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "axioms": lambda diff, _, old, new: diff.machine.assumptions(old, new),
     },
     Condition: {"when": lambda diff, *parts: diff.machine.when(*parts)},
-    Function: {"assignments": _compare_assignments, "is_complete": None},
+    Function: {"assignments": _compare_assignments, **dict.fromkeys(("is_complete", "generic"))},
     Behaviour: {
         "functions": lambda diff, *parts: diff.machine.effects(*parts),
-        "is_complete": None,
+        **dict.fromkeys(("is_complete", "generic", "arguments")),
     },
     State: {
         **dict.fromkeys(("ignores", "holds", "modes")),
