@@ -78,6 +78,14 @@ class Tally:
             spent_s[self.state] = spent_s.get(self.state, 0.0) + until_s - self.since_s
         return dict(sorted(spent_s.items()))
 
+    def time_in_modes(self, until_s: float) -> dict[str, float]:
+        """Seconds in each mode until then, in order of the modes' names."""
+        spent_s: dict[str, float] = {}
+        for state, time_s in self.time_in_states(until_s).items():
+            for mode in self.subsystem.modes.get(state, ()):
+                spent_s[mode] = spent_s.get(mode, 0.0) + time_s
+        return dict(sorted(spent_s.items()))
+
     @property
     def steps(self) -> int:
         """Committed steps."""
@@ -268,11 +276,14 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
     steps = tally.steps
     spent_s = tally.time_in_states(simulated_s).items() if tally.is_timed else ()
     rounded_s = {state: round(time_s, 9) for state, time_s in spent_s}
+    in_modes_s = tally.time_in_modes(simulated_s).items() if tally.is_timed else ()
+    modes_s = {mode: round(time_s, 9) for mode, time_s in in_modes_s}
     return {
         "steps": steps,
         "mean_step_us": 1e6 * busy_s / steps if steps else 0.0,
         "states_visited": tally.states_visited,
         **({"time_in_states_s": rounded_s} if tally.is_timed else {}),
+        **({"time_in_modes_s": modes_s} if modes_s else {}),
         "transitions_taken": tally.transitions_taken,
         "last_transitions": [asdict(transition) for transition in tally.recent],
     }

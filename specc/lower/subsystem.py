@@ -22,7 +22,7 @@ from specc.lower.names import (
 from specc.lower.nodes import Emitter, number
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Trace
+from specc.model.fsm import Behaviour, Condition, Trace, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.types import Type
 
@@ -191,11 +191,14 @@ def _parts(
         "rate": f"{subsystem.rate_hz} Hz",
         "initial_state": literal(subsystem.initial_state),
         "transitions": tuple(
-            (*map(literal, (t.source, t.cause, t.condition.name, t.target)), comment(str(t.trace)))
+            (", ".join(map(literal, _written_row(t))), comment(str(t.trace)))
             for t in subsystem.transitions
         ),
         "sends": tuple(_sent_elements(subsystem, module)),
         "equations": Equations(system, subsystem).tables(),
+        "modes": tuple(
+            (literal(s.name), literal(s.modes[::-1])) for s in subsystem.states if s.modes
+        ),
         "timers": tuple(_timers(subsystem, module)),
         "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
         "uses_clock": bool(methods.clocked),
@@ -271,6 +274,11 @@ def _sent_elements(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, 
         written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
         names = tuple(name for pair, name in module.outputs.items() if pair in written)
         yield literal(state.name), literal(names)
+
+
+def _written_row(row: Transition) -> tuple[str, ...]:
+    resumes = (row.resumes,) if row.resumes else ()
+    return (row.source, row.cause, row.condition.name, row.target, *resumes)
 
 
 def _timers(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:

@@ -185,8 +185,9 @@ def _fault_lines(fault: dict[str, Any]) -> Iterator[str]:
     """Who is to blame and for what; then where, as far as that is known."""
     yield f"[red]fault[/] {_safe(': '.join((fault['culprit'], fault['message'])))}"
     parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]
+    states = fault["state"], *fault.get("modes", ())
     if fault["subsystem"]:
-        parts.append(f"{fault['subsystem']} {fault['state']}".strip())
+        parts.append(f"{fault['subsystem']} {' in '.join(states)}".strip())
     if fault["stamp"] >= 0:
         parts.append(f"stamp {fault['stamp']}")
     if fault["condition"]:

@@ -129,6 +129,7 @@ class Equivalence:
 
     def __init__(self, old: Version, new: Version) -> None:
         versions = old, new
+        self.subsystems = old.subsystem, new.subsystem
         rates = {v.subsystem.rate_hz if v.subsystem.has_rate else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None

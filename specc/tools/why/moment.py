@@ -144,7 +144,8 @@ class Moment:
                 if node in found:
                     continue
                 found[node] = None
-            if isinstance(node, m.LetRef):
+            # Of `elapsed(mode)` the time is told, not the number of periods that is behind it.
+            if isinstance(node, m.LetRef) and node.name.isidentifier():
                 inside.append(self.subsystem.let(node.name).value)
             elif not isinstance(node, m.Fresh | m.Present | m.Lag):
                 inside += reversed(list(m.children(node)))
