@@ -186,7 +186,9 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
 def one_writer(facts: Facts) -> Iterator[Diagnostic]:
     """E0608, for a behaviour that writes a target twice."""
     for subsystem in facts.subsystems:
-        for behaviour in subsystem.behaviours:
+        # Calls of one behaviour write alike.
+        declared = {b.place: b.generic.part if b.generic else b for b in subsystem.behaviours}
+        for behaviour in declared.values():
             first: dict[tuple[str, str], Assignment] = {}
             for assignment in behaviour.assignments:
                 target = assignment.peer, assignment.name
@@ -196,7 +198,7 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
                         Related(earlier.place, "here"),
                         Related(assignment.place, "and here"),
                     ]
-                    if earlier is assignment:
+                    if earlier.place == assignment.place:
                         writers = [
                             Related(
                                 assignment.place, f"`{behaviour.name}` names the function twice"

@@ -113,6 +113,13 @@ class FileRef(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ParameterRef(Node):
+    """A parameter of a behaviour or function, where that is declared: calls have its argument."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class BoundVariable(Node):
     """The variable of a quantifier."""
 
@@ -304,9 +311,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
-    | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items | FieldOf
-    | Component | Quantifier | Unknown
+    | ConstantRef | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag | Call
+    | Builtin | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items
+    | FieldOf | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

@@ -284,7 +284,7 @@ class FlatTable:
         resuming = [row for row in rows if row.resumes == mode]
         before = self._reached_before_leaving(mode, rows)
         if not any(row.source in before for row in resuming):
-            return tuple(left)
+            return tuple(left) or (NEVER_LEFT,)
         if not resuming[0].target:
             message = f"mode `{mode}` may be resumed before it was left, and has no `initial`"
             help = "write `initial:` in the mode: the state in which it begins the first time"
