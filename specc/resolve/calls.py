@@ -223,12 +223,13 @@ def _condition(condition: Condition, arguments: Arguments) -> Condition:
 
 
 def _substituted(expr: Expr, arguments: Arguments) -> Expr:
-    """The expression with arguments in place of parameters; what they are made of counts."""
+    """The expression with arguments in place of parameters; each part of it counts as written."""
 
     def moved(part: Expr, span: tuple[int, int]) -> Expr:
         count_parts(1, *arguments.at.span)
         return replace(map_children(part, lambda inner: moved(inner, span)), span=span)
 
+    count_parts(1, *arguments.at.span)
     if isinstance(expr, ParameterRef):
         return moved(arguments.values[expr.name], expr.span)
     return map_children(expr, lambda part: _substituted(part, arguments))

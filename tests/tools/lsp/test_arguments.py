@@ -90,6 +90,15 @@ def test_completion(lift: tuple[Project, str], old: str, typed: str, there: set[
     assert there <= {completion.label for completion in found}
 
 
+def test_the_call_that_is_being_written(lift: tuple[Project, str]) -> None:
+    project, path = lift
+    label = "go(to: real[m], speed: real[m/s])"
+    for marked, active in [("go(low|, slow)", 0), ("go(low, |slow)", 1)]:
+        found = features.signature_at(project, path, place(LIFT, marked))
+        assert found is not None
+        assert (found.label, found.active) == (label, active)
+
+
 def test_hover(lift: tuple[Project, str]) -> None:
     project, path = lift
     for marked, words in [
