@@ -188,6 +188,8 @@ class Transition:
     is_otherwise: bool = False
     resumes: str = ""
     """The mode that it resumes; `target` is then one of the states that may have been left."""
+    is_return: bool = False
+    """Whether a row that resumes a mode enters a state that was left before."""
     sets: tuple[tuple[str, Expr], ...] = ()
     """Memory of modes and the constants that it gets before the functions of `target` read it."""
 

@@ -1,4 +1,4 @@
-"""What a specification of version 1 says in the forms of version 1.2: the same, in fewer rows."""
+"""What a specification of version 1 says in the forms of version 1.3: the same, in fewer rows."""
 
 from __future__ import annotations
 
