@@ -229,8 +229,7 @@ class AgentResolver:
         name, states = definition.initial_state, definition.states
         if name is not None and states:
             target = Target(name, is_resumed=False)
-            entered = machine.tree.entered_state(target, where["initial_state"])
-            return entered or next(iter(states))
+            return machine.tree.entered_state(target, where["initial_state"]) or next(iter(states))
         if states:
             message = "the subsystem has no initial state yet"
             help = "add `initial_state:` with the state of the first period"
