@@ -232,6 +232,11 @@ class FlatTable:
         for row in written:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
+        for index in sorted({row.index for row in written} - {row.index for row in by_cause}):
+            message, help = "no error condition is left to this row", "delete the row"
+            place = self.tree.where["transitions"][index].place
+            label = "each has rows of its own"
+            self.tree.findings.report("W0604", message, place, label=label, help=help)
         for mode in dict.fromkeys(row.resumes for row in by_cause if row.resumes):
             self.history[mode] = self._history(mode, by_cause)
         for row in by_cause:
