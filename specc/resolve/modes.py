@@ -78,7 +78,7 @@ class ModeTree:
     parent: dict[str, str] = field(default_factory=dict)
     """The mode directly around a state or mode; "" if there is none."""
 
-    _entered: set[str] = field(default_factory=set)
+    _reported: set[str] = field(default_factory=set)
     """The modes of which it is reported that they are entered and have no initial state."""
 
     def __post_init__(self) -> None:
@@ -183,8 +183,8 @@ class ModeTree:
         last = self._innermost_entered(target.name)
         if last in self.definition.states:
             return last
-        if self.definition.modes[last].initial is None and last not in self._entered:
-            self._entered.add(last)
+        if self.definition.modes[last].initial is None and last not in self._reported:
+            self._reported.add(last)
             message = f"mode `{last}` is entered by its name and has no `initial`"
             first = next(iter(self.states(last)), "")
             help = f"write e.g. `initial: {first}` in the mode, or name a state where it is entered"
