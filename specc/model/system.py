@@ -15,6 +15,7 @@ from specc.model.fsm import (
     Cause,
     Condition,
     Function,
+    Generic,
     Mode,
     State,
     Trace,
@@ -241,6 +242,8 @@ class Subsystem:
     """How long a step may take on the machine, in seconds, if that is said."""
     modes: tuple[Mode, ...] = ()
     """A mode comes before those inside it."""
+    generics: tuple[Generic, ...] = ()
+    """The behaviours and functions with parameters, as they are declared."""
 
     @property
     def qualified_name(self) -> str:
@@ -478,4 +481,5 @@ def _declared_types(system: System) -> Iterator[Type]:
         yield from (element.type for port in subsystem.ports for element in port.elements)
         yield from (item.type for item in subsystem.memory)
         yield from (let.value.type for let in subsystem.lets)
+        yield from (p.type for generic in subsystem.generics for p in generic.parameters)
         yield from (constant.value.type for constant in subsystem.constants)
