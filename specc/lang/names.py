@@ -272,6 +272,9 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
     if name in CLOCK_NAMES:
         message = f"`{name}` has no value here: no state has been entered"
         return ctx.error(node, message, "refer to constants and operators only", "E0230")
+    if name in scope.modes:
+        help = f"write `elapsed({name})` or `entered({name})`"
+        return ctx.error(node, f"`{name}` is a mode, which has no value", help, "E0201")
     if name in scope.operators:
         parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
         return ctx.error(

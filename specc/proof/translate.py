@@ -32,6 +32,7 @@ from specc.model.expr import (
     IsOneOf,
     LetRef,
     Logic,
+    MemoryRef,
     Nothing,
     Present,
     Quantifier,
@@ -90,6 +91,7 @@ class Translator:
         self._lets = lets
         self._always = always_present
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
+        self._is_in_conditions = period_s is not None
         self.timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         self._split_formulas: dict[object, dict[int, Formula]] = {}
@@ -148,7 +150,9 @@ class Translator:
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
             case Present(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "present", expr)
-            case Clock(name="entered") if self._numbering.period_s is not None:
+            case Clock(name="entered") if self._is_in_conditions:
+                return self.make.false
+            case MemoryRef(name=name) if self._is_in_conditions and name.startswith("entered("):
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)

@@ -321,7 +321,7 @@ class RequirementDef(SpecModel, first="name let"):
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
 
 
-VERSIONS = (1, 1.1, 1.2)
+VERSIONS = (1, 1.1, 1.2, 1.3)
 """Of the language, the newest one last."""
 _OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
