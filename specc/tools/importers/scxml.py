@@ -477,7 +477,8 @@ class _ChartAgent:
         """What tells the state to the outside, and what notes that its `done` event waits."""
         if is_alone:
             yield f"tell_{self._state_names.of(state)}"
-        if any(part.name == _DONE for c in self._choices[state] for part in atoms(c.when)):
+        conditions = [choice.when for choice in self._choices[state] if choice.next]
+        if any(part.name == _DONE for when in conditions for part in atoms(when)):
             yield "note_done"
 
     def _rows(self) -> Iterator[list[Data]]:
