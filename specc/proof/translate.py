@@ -13,7 +13,9 @@ from fractions import Fraction
 from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
+from specc.lang.ranges import range_of_value
 from specc.limits import is_used_up
 from specc.model.expr import (
     COMPARISONS,
@@ -263,6 +265,12 @@ class Translator:
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
+        if y is not None:
+            compare = Compare(op, left, right, type=Bool())  # type: ignore[arg-type]  # one of six
+            sides = self._numbering.live_range(left, bound), range_of_value(y)
+            least, greatest = range_of_parts(compare, sides)
+            if least == greatest:
+                return bool(least)
         if parts is not None and y is not None:
             # The same quantity as a comparison of both, so that tables relate its thresholds.
             known = (self._numbering.constant_number(part, bound) for part in parts)

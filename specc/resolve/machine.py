@@ -461,7 +461,7 @@ class MachineResolver:
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
             is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
-            modes = row.resumes, is_return, memory.sets(row)
+            modes = row.resumes, is_return, memory.sets(row), row.source_mode, row.target_mode
             rest = condition, row.target, trace, place, is_remainder, *modes
             rows.append(Transition(row.source, row.cause, *rest))
         remembered = [row.remembered for row in memory.table.rows]

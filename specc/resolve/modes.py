@@ -53,13 +53,16 @@ def target_of(text: str) -> Target:
 class FlatRow:
     """A row of the flat machine, which the row `index` of the file stands for.
 
-    If it `resumes` a mode, it applies where `left(mode)` is one of those `remembered`.
+    `source_mode` and `target_mode` are the modes that the file names there, "" where it names the
+    state. If it `resumes` a mode, it applies where `left(mode)` is one of those `remembered`.
     """
 
     index: int
     source: str
+    source_mode: str
     cause: Cause
     target: str
+    target_mode: str
     enters: tuple[str, ...]
     leaves: tuple[str, ...]
     resumes: str = ""
@@ -261,9 +264,18 @@ class FlatTable:
                 is_legal = is_legal and self._is_outside(target.name, names, at["to"])
             elif not entered:
                 continue
-            for source in dict.fromkeys(s for n in names if is_legal for s in tree.states(n)):
+            for source, name in self._sources(names if is_legal else ()).items():
                 if item.cause in ("terminal", "error", *self.errors[source]):
-                    yield self._between(index, source, item.cause, target, entered)
+                    row = self._between(index, source, item.cause, target, entered)
+                    yield replace(row, source_mode="" if name == source else name)
+
+    def _sources(self, names: Collection[str]) -> dict[str, str]:
+        """The states of a row, each with the name by which the row has it."""
+        found: dict[str, str] = {}
+        for name in names:
+            for state in self.tree.states(name):
+                found.setdefault(state, name)
+        return found
 
     def _between(
         self, index: int, source: str, cause: Cause, target: Target, entered: str
@@ -279,7 +291,9 @@ class FlatTable:
             anew = [m for m in after if m in named or m not in around]
         left = tuple(m for m in around if m not in after)
         resumes = target.name if target.is_resumed else ""
-        return FlatRow(index, source, cause, entered, tuple(anew), left, resumes)
+        is_entered = target.name in self.tree.members and not target.is_resumed
+        mode = target.name if is_entered else ""
+        return FlatRow(index, source, "", cause, entered, mode, tuple(anew), left, resumes)
 
     def _has_cause(self, cause: Cause, names: list[str], at: YamlNode) -> bool:
         """Whether the states and modes of a row have a cause; reports the first that has not."""
@@ -332,8 +346,8 @@ class FlatTable:
             findings.report("E0221", message, place, help="choose another name")
         resuming = [row for row in rows if row.resumes == mode]
         before = self._reached_before_leaving(mode, rows)
-        if left and not any(row.source in before for row in resuming):
-            return tuple(left)
+        if not any(row.source in before for row in resuming):
+            return tuple(left) or (NEVER_LEFT,)
         if not resuming[0].target:
             message = f"mode `{mode}` may be resumed before it was left, and has no `initial`"
             help = "write `initial:` in the mode: the state in which it begins the first time"

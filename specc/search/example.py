@@ -49,7 +49,7 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield expr
         case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Lag():
             yield expr
-        case m.Clock(name="elapsed"):
+        case m.Clock(name="elapsed") | m.ConstantRef(is_live=True) | m.Live():
             yield expr
         case _:
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
