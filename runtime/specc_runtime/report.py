@@ -205,11 +205,12 @@ class Report:
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
-    rad, `disturbances` when each began, `requirements` what became of those of the system,
-    `unobserved` why something could not be observed, `clipped` which elements were commanded what
-    their actuators cannot do, `other_commanders` who else sent on topics that the run commands,
-    `stop_when` when the formula that ends the run held first, and
-    `real_time` how a run followed the clock; these nine are left out where there are none.
+    rad, `disturbances` when each began, `changes` the values that constants got meanwhile,
+    `requirements` what became of those of the system, `unobserved` why something could not be
+    observed, `clipped` which elements were commanded what their actuators cannot do,
+    `other_commanders` who else sent on topics that the run commands, `stop_when` when the formula
+    that ends the run held first, and
+    `real_time` how a run followed the clock; these ten are left out where there are none.
     """
 
     spec: str
@@ -231,6 +232,7 @@ class Report:
     scene: dict[str, float] = field(default_factory=dict)
     requirements: list[dict[str, Any]] = field(default_factory=list)
     disturbances: list[dict[str, Any]] = field(default_factory=list)
+    changes: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
     clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
     other_commanders: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -241,7 +243,7 @@ class Report:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
-            *("set", "scene", "requirements", "disturbances", "unobserved"),
+            *("set", "scene", "requirements", "disturbances", "changes", "unobserved"),
             *("clipped", "other_commanders", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}

@@ -8,9 +8,10 @@ from specc.lang import show
 from specc.lower.cycle import Methods
 from specc.lower.families import Family
 from specc.lower.flow import Proofs
-from specc.lower.module import Module, PythonTypes
+from specc.lower.module import Module, PythonTypes, live_slots
 from specc.lower.names import (
     AttributePlan,
+    ConstantPlan,
     FilePlan,
     MethodPlan,
     comment,
@@ -18,7 +19,7 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.lower.nodes import Emitter
+from specc.lower.nodes import Emitter, number
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
 from specc.model.fsm import Behaviour, Condition, Trace, Transition
@@ -171,12 +172,16 @@ def _parts(
     flags, lags = (
         tuple(_property_attributes(module, kinds)) for kinds in (("fresh", "present"), e.LAGS)
     )
+    changing = tuple(_live_attributes(system, subsystem, module))
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
         "inputs": inputs,
-        "inputs_slots": literal(tuple(item.name for item in (*inputs, *flags, *lags))),
+        "inputs_slots": literal(
+            tuple(item.name for part in (inputs, flags, lags, changing) for item in part)
+        ),
         "flags": flags,
         "lags": lags,
+        "live": changing,
         "outputs": outputs,
         "outputs_slots": _slots(outputs),
         "memory": memory,
@@ -235,6 +240,19 @@ def _property_attributes(module: Module, kinds: Iterable[str]) -> Iterator[Attri
         for (peer, element), name in module.inputs.items():
             if (kind, peer, element) in module.input_properties:
                 yield AttributePlan(f"{kind}_{name}", *_PROPERTIES[kind])
+
+
+def _live_attributes(
+    system: System, subsystem: Subsystem, module: Module
+) -> Iterator[ConstantPlan]:
+    """Attributes for constants that may change, with their values at the start."""
+    for slot in live_slots(system, subsystem).values():
+        constant = slot.constant
+        assert constant.initial is not None  # it may change
+        text = comment(str(constant.value.type), constant.title)
+        annotation = module.annotations.of(constant.value.type)
+        value = number(constant.initial.value, constant.initial.type).text
+        yield ConstantPlan(slot.attribute, annotation, value, text, is_computed=False)
 
 
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:

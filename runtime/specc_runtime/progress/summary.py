@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from specc_runtime.faults import text_of
+from specc_runtime.live import PROGRAM
 from specc_runtime.printing import harmless, visible
 from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
@@ -65,6 +66,10 @@ def _show(report: Report, console: Console) -> None:
         console.print(f"[yellow]not alone[/]: {line}: {when}", highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
+    for change in report.changes:
+        if change["by"] == PROGRAM:
+            words = f"set to {change['value']:g} at {change['time_s']:.3f} s"
+            console.print(f"{_safe(change['constant'])} {words}", highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
     if stop := report.stop_when:
         met_s = stop["met_s"]

@@ -34,6 +34,7 @@ from specc.tools.diff.equivalence import (
     Constants,
     Equivalence,
     Version,
+    compare_constants,
     compare_types,
     type_text,
 )
@@ -365,7 +366,8 @@ def _compare_formula(diff: SystemDiff, part: PartLog, old: FormulaLet, new: Form
 def _let_text(item: FormulaLet | Let | Constant) -> str:
     if isinstance(item, FormulaLet) and item.formula:
         return item.formula.that
-    return show(item.value) if item.value else ""
+    value = getattr(item, "initial", None) or item.value
+    return show(value) if value else ""
 
 
 # The tables: how parts are shown, and which of their fields are not compared by their types.
@@ -402,6 +404,10 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "task": _parts("task", "task"),
         "requirements": _compare_requirements,
         "formula_lets": _parts("let", "formula_lets"),
+    },
+    Constant: {
+        "value": lambda diff, part, old, new: compare_constants(old, new, part, diff.values),
+        **dict.fromkeys(("bounds", "initial")),
     },
     Operator: {
         "name": None,

@@ -42,6 +42,7 @@ def texts() -> Iterator[str]:
     """Systems in which fields have values; the first one is asked, then the next one."""
     counted = "let: {counted: lamp.c.runs >= 0}\nrequire:\n"
     text = TEXT.replace("TEST", "x.eye.alarm").replace("require:\n", counted)
+    text = text.replace("limit: 2[m]", "limit: {is: '2[m]', range: [1, 3], live: true}")
     text = text.replace("rate: 100 Hz\n", "rate: 100 Hz\n        budget: 1 ms\n")
     text = text.replace("{idle: wait", "{idle: {behaviour: wait, holds: [y.eye.seen]}")
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")

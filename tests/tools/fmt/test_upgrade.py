@@ -1,4 +1,4 @@
-"""`fmt --upgrade`: a specification of version 1 in the forms of 1.2 has the same transitions."""
+"""`fmt --upgrade`: a specification of version 1 in the forms of 1.3 has the same transitions."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_committed_files(path: Path, tmp_path: Path) -> None:
     for other in path.parent.iterdir():
         if other.is_dir():
             (tmp_path / other.name).symlink_to(other)
-    assert "\nspecc: 1.2\n" in f"\n{upgraded(path, new)}"
+    assert "\nspecc: 1.3\n" in f"\n{upgraded(path, new)}"
 
 
 @pytest.mark.parametrize("seeds", blocks([1006], also=[*range(4), 5985770], long=6, each=8))
