@@ -18,7 +18,7 @@ FUNCTIONS: Tree = {
     "fill": {"held": "x.m.n"},
     "drop": {"held": "None"},
     "more": {"held": "held + 1 if held < 3 else 0"},
-    "use": {"taken": "held"},
+    "use": {"taken": "held + 1"},
     "read": {"taken": "x.v.e"},
 }
 
