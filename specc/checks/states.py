@@ -70,7 +70,7 @@ def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
     entering = grouped(
         (row.target, (index, row))
         for index, row in enumerate(subsystem.transitions)
-        if row.source in machine.reachable_states
+        if row.source in machine.reachable_states and not row.is_return
     )
     reported: set[str] = set()
     for part in components(left, edges):

@@ -97,8 +97,13 @@ class Names(ast.NodeTransformer):
                 case ast.Call(func=ast.Name(id="state"), args=[of]):
                     owner = self._subsystems.get(".".join(_steps(of)))
                     states = {s.name: s.place for s in owner.states} if owner else {}
+                    modes = {mode.name: mode for mode in owner.modes} if owner else {}
                     for name in (n for s in sides for n in getattr(s, "elts", (s,))):
                         self._note(name, states.get(getattr(name, "id", "")))
+                        if mode := modes.get(getattr(name, "id", "")):
+                            inside = f"in {{{', '.join(mode.states)}}}"
+                            help = f"name its states: `state({'.'.join(_steps(of))}) {inside}`"
+                            raise formula_error(name, f"`{mode.name}` is a mode", help)
 
     def _path(self, node: ast.expr) -> list[str]:
         """The names of `a.b.c`, with a note of agent and subsystem; none of anything else."""
@@ -212,7 +217,7 @@ class Names(ast.NodeTransformer):
         owner = self._subsystem(".".join(steps[:2]), node)
         if len(steps) == 5:
             return self._of_buffer(name, owner, steps, node)
-        memory = {item.name: item for item in owner.memory}
+        memory = {item.name: item for item in owner.memory if item.name.isidentifier()}
         if steps[2] not in memory:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
         element = memory[steps[2]]

@@ -90,7 +90,7 @@ def reproduced(tree: Tree, file: Path) -> Iterator[str]:
             return
         inputs = {(p, n): value for p, part in told["x"].items() for n, value in part.items()}
         fresh = {tuple(key.split(".")) for key, is_fresh in told["fresh"].items() if is_fresh}
-        step = machine.step(inputs, fresh, told.get("skipped", 0))  # type: ignore[arg-type]
+        step = machine.step(inputs, fresh, told.get("skipped", 0))  # type: ignore[arg-type]  # of JSON
         if isinstance(step, Failure):
             yield f"recorded {json.dumps(told)}, interpreted {step}"
             return

@@ -58,7 +58,7 @@ class OnlyOutermostIsEntered(Machine):
 class NamingInsideIsNoEntry(Machine):
     def take(self, row: Row) -> None:
         before, entered = set(self.stack), self.enter
-        self.enter = lambda modes: entered([m for m in modes if m not in before])  # type: ignore[method-assign]
+        self.enter = lambda modes: entered([m for m in modes if m not in before])  # type: ignore[method-assign]  # a mutant
         super().take(row)
         del self.enter
 
@@ -74,7 +74,7 @@ class ResumeEnters(Machine):
 class ResumeEntersNothing(Machine):
     def take(self, row: Row) -> None:
         entered = self.enter
-        self.enter = lambda modes: entered(() if row.resumes else modes)  # type: ignore[method-assign]
+        self.enter = lambda modes: entered(() if row.resumes else modes)  # type: ignore[method-assign]  # a mutant
         super().take(row)
         del self.enter
 
