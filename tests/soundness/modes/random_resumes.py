@@ -122,7 +122,7 @@ class Author:
             "transitions": [*self.rows()],
         }
         return {
-            "specc": 1.2,
+            "specc": 1.3,
             "system": "random_resumes",
             "types": {"Colour": f"enum[{', '.join(COLOURS)}]"},
             "agents": {"a": {**surroundings("10 Hz"), "control": control}},
