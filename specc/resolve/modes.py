@@ -214,8 +214,9 @@ class ModeTree:
         return name in modes
 
 
-Errors = Mapping[str, tuple[str, ...]]
-"""State -> the names of its error conditions, highest priority first; "" for one without a name."""
+Errors = Mapping[str, Mapping[str, Place]]
+"""State -> its error conditions, highest priority first: their names, "" for one without, and where
+they are defined."""
 
 
 @dataclass(eq=False, slots=True)
@@ -306,6 +307,8 @@ class FlatTable:
                 causes = ["terminal", "error", *known]
                 self.tree.findings.unknown("E0201", "cause", cause, causes, at.place)
                 return False
+            for place in dict.fromkeys(own[cause] for own in errors if cause in own):
+                self.tree.findings.use(place, at)
         return True
 
     def _is_outside(self, mode: str, names: list[str], at: YamlNode) -> bool:
