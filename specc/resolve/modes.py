@@ -236,7 +236,8 @@ class FlatTable:
         for row in written:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
-        for index in sorted({row.index for row in written} - {row.index for row in by_cause}):
+        clear = (row for row in written if "error" not in self.errors[row.source])
+        for index in sorted({row.index for row in clear} - {row.index for row in by_cause}):
             message, help = "no error condition is left to this row", "delete the row"
             place = self.tree.where["transitions"][index].place
             label = "each has rows of its own"
@@ -297,7 +298,9 @@ class FlatTable:
 
     def _has_cause(self, cause: Cause, names: list[str], at: YamlNode) -> bool:
         """Whether the states and modes of a row have a cause; reports the first that has not."""
-        for name in () if cause in ("terminal", "error") else names:
+        modes = [name for name in names if name in self.tree.members]
+        states = [name for name in names if name not in self.tree.definition.modes]
+        for name in () if cause in ("terminal", "error") else (*modes, *states):
             errors = [self.errors[state] for state in self.tree.states(name)]
             if not any(cause in own for own in errors):
                 known = dict.fromkeys(error for own in errors for error in own if error)
