@@ -85,20 +85,50 @@ class Names(ast.NodeTransformer):
         )
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        """Note states of a subsystem, which stand beside `state(agent.subsystem)`."""
+        """Note states and modes of a subsystem, which stand beside `state(agent.subsystem)`.
+
+        A mode is replaced by its states.
+        """
         self._note_states(node)
-        self.generic_visit(node)
+        written = self._with_states_of_modes(node)
+        self.generic_visit(written)
+        return written
+
+    def _with_states_of_modes(self, node: ast.Compare) -> ast.Compare:
+        """The comparison of a state with one of several, where one side names a mode."""
+        sides, (op, *others) = [node.left, *node.comparators], node.ops
+        if others or not isinstance(op, ast.Eq | ast.NotEq | ast.In | ast.NotIn):
+            return node
+        for one, other in (sides, sides[::-1]):
+            owner = self._state_owner(one)
+            names = other.elts if isinstance(other, ast.Set) else [other]
+            modes = {mode.name: mode.states for mode in owner.modes} if owner else {}
+            if any(getattr(name, "id", "") in modes for name in names):
+                states = [
+                    ast.copy_location(ast.Name(state, ast.Load()), name) if state else name
+                    for name in names
+                    for state in modes.get(getattr(name, "id", ""), ("",))
+                ]
+                is_in = isinstance(op, ast.Eq | ast.In)
+                members = ast.copy_location(ast.Set(states), other)
+                found = ast.Compare(one, [ast.In() if is_in else ast.NotIn()], [members])
+                return ast.copy_location(found, node)
         return node
+
+    def _state_owner(self, node: ast.expr) -> Subsystem | None:
+        """The subsystem that `state(agent.subsystem)` asks for."""
+        match node:
+            case ast.Call(func=ast.Name(id="state"), args=[of]):
+                return self._subsystems.get(".".join(_steps(of)))
+        return None
 
     def _note_states(self, node: ast.Compare) -> None:
         sides = [node.left, *node.comparators]
         for side in sides:
-            match side:
-                case ast.Call(func=ast.Name(id="state"), args=[of]):
-                    owner = self._subsystems.get(".".join(_steps(of)))
-                    states = {s.name: s.place for s in owner.states} if owner else {}
-                    for name in (n for s in sides for n in getattr(s, "elts", (s,))):
-                        self._note(name, states.get(getattr(name, "id", "")))
+            if (owner := self._state_owner(side)) is not None:
+                places = {part.name: part.place for part in (*owner.states, *owner.modes)}
+                for name in (n for s in sides for n in getattr(s, "elts", (s,))):
+                    self._note(name, places.get(getattr(name, "id", "")))
 
     def _path(self, node: ast.expr) -> list[str]:
         """The names of `a.b.c`, with a note of agent and subsystem; none of anything else."""

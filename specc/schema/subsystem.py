@@ -235,10 +235,8 @@ class TransitionDef(Traced, row="from cause when to"):
         about="State whose behaviour ended, a mode, or a list of them that each have the row.",
         alias="from",
     )
-    cause: Annotated[
-        str, Text(Role("name", "error condition"), examples=("terminal", "error"))
-    ] = key(
-        about="What ended it: `terminal`, `error`, or the name of an error condition."
+    cause: Annotated[str, Text(Role("name", "error condition"), examples=("terminal", "error"))] = (
+        key(about="What ended it: `terminal`, `error`, or the name of an error condition.")
     )
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
         about="An initial condition, `always` or `otherwise`."

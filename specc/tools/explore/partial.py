@@ -179,11 +179,16 @@ def _evaluated(expr: m.Expr) -> m.Expr:
 def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
     """Whether a part of an expression has no result for some numbers, or is one of these lets."""
     return any(
-        (isinstance(node, m.Binary) and SIGNS[node.op].may_fail)
+        (isinstance(node, m.Binary) and SIGNS[node.op].may_fail and not _is_safe_quotient(node))
         or (isinstance(node, m.Builtin) and FUNCTIONS[node.name].may_fail)
         or (isinstance(node, m.LetRef) and node.name in lets)
         for node in m.walk(expr)
     )
+
+
+def _is_safe_quotient(expr: m.Binary) -> bool:
+    """Whether it divides by a constant that neither is zero nor makes numbers larger."""
+    return expr.op == "/" and isinstance(expr.right, m.Number) and abs(expr.right.value) >= 1
 
 
 def surely_fails(expr: m.Expr) -> bool:
