@@ -62,6 +62,10 @@ class Names(ast.NodeTransformer):
         self._roots = {*self._agents, PLANT} if plant else {*self._agents}
         self._wires = world.wires
         self._subsystems, self._devices = self._wires.subsystems, self._wires.devices
+        owners = self._subsystems.items()
+        states = {state.name for _, owner in owners for state in owner.states}
+        modes = {mode.name: name for name, owner in owners for mode in owner.modes}
+        self._modes = {name: owner for name, owner in modes.items() if name not in states}
         self._readings = readings
         self._uncertain = world.uncertain
 
@@ -103,6 +107,8 @@ class Names(ast.NodeTransformer):
             owner = self._state_owner(one)
             names = other.elts if isinstance(other, ast.Set) else [other]
             modes = {mode.name: mode.states for mode in owner.modes} if owner else {}
+            if owner and modes:
+                self._refuse_unknown_states(owner, names)
             if any(getattr(name, "id", "") in modes for name in names):
                 states = [
                     ast.copy_location(ast.Name(state, ast.Load()), name) if state else name
@@ -113,6 +119,22 @@ class Names(ast.NodeTransformer):
                 members = ast.copy_location(ast.Set(states), other)
                 found = ast.Compare(one, [ast.In() if is_in else ast.NotIn()], [members])
                 return ast.copy_location(found, node)
+        return node
+
+    def _refuse_unknown_states(self, owner: Subsystem, names: Sequence[ast.expr]) -> None:
+        """Report a name beside a state of a subsystem with modes that is no state or mode of it."""
+        known = [*(state.name for state in owner.states), *(mode.name for mode in owner.modes)]
+        for node in names:
+            match node:
+                case ast.Name(id=name) if name not in (*known, *self._others, *self._modes):
+                    raise self._unknown("state or mode", name, known, node, owner, "E0201")
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Report a mode that stands elsewhere than beside the state of its subsystem."""
+        owner = self._modes.get(node.id)
+        if owner and node.id not in (*self._others, *self._roots, *BUILTIN_NAMES):
+            message = f"`{node.id}` is a mode of `{owner}`, and not a value"
+            raise formula_error(node, message, f"write `state({owner}) == {node.id}`")
         return node
 
     def _state_owner(self, node: ast.expr) -> Subsystem | None:
@@ -126,7 +148,8 @@ class Names(ast.NodeTransformer):
         sides = [node.left, *node.comparators]
         for side in sides:
             if (owner := self._state_owner(side)) is not None:
-                places = {part.name: part.place for part in (*owner.states, *owner.modes)}
+                places = {state.name: state.place for state in owner.states}
+                places |= {mode.name: mode.place for mode in owner.modes}
                 for name in (n for s in sides for n in getattr(s, "elts", (s,))):
                     self._note(name, places.get(getattr(name, "id", "")))
 
@@ -242,7 +265,11 @@ class Names(ast.NodeTransformer):
         owner = self._subsystem(".".join(steps[:2]), node)
         if len(steps) == 5:
             return self._of_buffer(name, owner, steps, node)
-        memory = {item.name: item for item in owner.memory}
+        memory = {item.name: item for item in owner.memory if item.name.isidentifier()}
+        if steps[2] in [mode.name for mode in owner.modes]:
+            message = f"`{steps[2]}` is a mode of `{owner.qualified_name}`, and not a value"
+            help = f"write `state({owner.qualified_name}) == {steps[2]}`"
+            raise formula_error(node, message, help)
         if steps[2] not in memory:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
         element = memory[steps[2]]

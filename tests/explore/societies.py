@@ -30,6 +30,11 @@ REQUIRED = (
     "always({} or not since({}, True))",
 )
 
+OF_MODES = (
+    "always(state({0}) == inner implies within(0.3[s], state({0}) != inner))",
+    "always(state({0}) not in {{inner, S0}} or once(0.5[s], inner == state({0})))",
+)
+
 
 @dataclass(slots=True)
 class Role:
@@ -313,5 +318,8 @@ def society(rng: Random, folder: Path, *, with_modes: bool = False) -> Result:
         described = "use" in agent["control"]
         control = part["subsystem"] if described else agent["control"]
         add_modes(rng, control, longest_s=1.0, count=author.roles[name].count)
+        machine = f"{name}_1.c" if name == "workers" else f"{name}.c"
+        that = rng.choice(OF_MODES).format(machine)
+        tree["require"].append({"that": that, "because": "it is so"})
     (folder / "part.yaml").write_text(text_of(part), encoding="utf-8")
     return compiled(tree, folder)
