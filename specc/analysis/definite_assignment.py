@@ -46,7 +46,7 @@ from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.model.wires import Wire, Wires
 from specc.proof import EvaluationPoint, InputName, InputNames, Prover
-from specc.reachable import grouped, shortest
+from specc.reachable import grouped, reachable, shortest
 
 # Inputs that surely have a value. A value that has come stays, so the sets only grow along a way.
 
@@ -73,7 +73,8 @@ class DefiniteAssignment:
         self, subsystem: Subsystem, steps: Sequence[RowEdge], arrivals: Availability
     ) -> None:
         self._subsystem = subsystem
-        self._steps = steps
+        # What had a value when a state was left has one when a mode is resumed there.
+        self._entering = [step for step in steps if not step.row.is_return]
         self._arrivals = arrivals
         self._close = cache(arrivals.close)
         self._after = cache(self._present_after)
@@ -137,7 +138,7 @@ class DefiniteAssignment:
 
     def path_without(self, state: str, element: InputName) -> list[str]:
         """States on a shortest way to `state` on which the element may be missing."""
-        without = (step.row for step in self._steps if element not in self.after_row(step))
+        without = (step.row for step in self._entering if element not in self.after_row(step))
         leaving = grouped((row.source, row.target) for row in without)
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
@@ -157,7 +158,7 @@ class DefiniteAssignment:
         most[self._subsystem.initial_state] = self.in_first_period
         if self.in_first_period == self._everything:
             return most
-        ways = grouped((s.row.source, (s.row.target, s.ensures)) for s in self._steps)
+        ways = grouped((s.row.source, (s.row.target, s.ensures)) for s in self._entering)
         return must_hold(
             most, ways, lambda names, _, known, ensures: names & self._after(known, ensures)
         )
@@ -304,8 +305,28 @@ class PresentValues:
             before = as_conditions(
                 self._subsystem.state(row.source).behaviour.facts_after(row.cause)
             )
-            found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
+            lasting = self._lasting(row) if row.is_return else ()
+            premises = *self._timeless([*before, row.condition.when]), *lasting
+            found[row.source].append((row.target, premises))
         return found
+
+    def _lasting(self, row: Transition) -> Premises:
+        """Facts of the target that still hold where a mode is resumed there.
+
+        They held when the target was left, and no state that the machine can have been in since
+        then writes their memory.
+        """
+        inside = self._subsystem.mode(row.resumes).states
+        outside = grouped((r.source, r.target) for r in self._rows if r.target not in inside)
+        left = [target for state in inside for target in outside.get(state, ())]
+        between = reachable(left, lambda state: outside.get(state, ()))
+        written = {name for state in between for name in _written(self._subsystem.state(state))}
+        at_exit = self._in_conditions(self._subsystem.state(row.target), frozenset(self._facts))
+        return tuple(
+            fact
+            for fact in self._in_order(at_exit)
+            if not self._dependences.of(fact).memory & written
+        )
 
     def _timeless(self, conditions: Iterable[Expr]) -> Premises:
         """The conjuncts that do not depend on the clock, which starts anew with the next state."""

@@ -65,7 +65,7 @@ class StateTiming:
         self._dependences = dependences
         self._verdict = verdict
         self._parameters = {constant.name for constant in subsystem.constants}
-        self._endings: dict[tuple[int, ...], _Ending | None] = {}
+        self._endings: dict[tuple[tuple[Cause, int], ...], _Ending | None] = {}
         self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
@@ -140,9 +140,9 @@ class StateTiming:
         return self._dependences.of(expr).has_clock or has_unknown(expr)
 
     def _ending(self, behaviour: Behaviour) -> _Ending | None:
-        """The end of states with the same conditions, unless a parameter decides it."""
+        """The end of states with the same causes and conditions, unless a parameter decides it."""
         ends = [condition.when for _, condition in behaviour.endings]
-        key = tuple(map(id, ends))
+        key = tuple((cause, id(condition.when)) for cause, condition in behaviour.endings)
         if key not in self._endings:
             given = self._dependences.all(ends).constants & self._parameters
             self._endings[key] = None if given else self._found(behaviour)

@@ -79,7 +79,8 @@ def _family_key(part: Subsystem | Device, proofs: Proofs) -> object:
     )
     ports = tuple(replace(port, other_end="") for port in part.ports)
     own = (part.kind, part.title, part.rate_hz, ports, part.memory, part.lets, part.conditions)
-    machine = (part.functions, part.behaviours, part.states, part.initial_state, part.transitions)
+    states = (part.states, part.initial_state, part.modes, part.transitions)
+    machine = (part.functions, part.behaviours, *states)
     return constants, proved, own, machine, part.axioms, part.trace
 
 

@@ -187,7 +187,9 @@ class Transition:
     place: Place
     is_otherwise: bool = False
     resumes: str = ""
-    """The mode that it resumes; `target` is then one of the states that may have been left."""
+    """The mode that it resumes."""
+    is_return: bool = False
+    """Whether it goes back to a state that was left when that mode was left."""
     sets: tuple[tuple[str, Expr], ...] = ()
     """Memory of modes and the constants that it gets before the functions of `target` read it."""
 

@@ -17,7 +17,7 @@ from specc.resolve.expansion import NAME, groups_of, with_device_buffers, with_m
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
-from specc.resolve.modes import target_of
+from specc.resolve.modes import Target
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
 from specc.schema.files import AgentDef
 from specc.schema.subsystem import SubsystemDef
@@ -228,8 +228,8 @@ class AgentResolver:
         definition, findings = machine.definition, self.findings
         name, states = definition.initial_state, definition.states
         if name is not None and states:
-            entered = machine.tree.entered_state(target_of(name), where["initial_state"])
-            return entered or next(iter(states))
+            target = Target(name, is_resumed=False)
+            return machine.tree.entered_state(target, where["initial_state"]) or next(iter(states))
         if states:
             message = "the subsystem has no initial state yet"
             help = "add `initial_state:` with the state of the first period"

@@ -261,6 +261,7 @@ _MAY_COME = {
     "function": "declare it under `functions:`",
     "behaviour": "declare it under `behaviours:`",
     "state": "declare it under `states:`",
+    "state or mode": "declare it under `states:` or `modes:`",
 }
 """Parts that may be added later, and how to add them."""
 _MOST_RELATED = 4

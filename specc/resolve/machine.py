@@ -9,8 +9,18 @@ from typing import Any
 
 from specc.diagnostics import Related
 from specc.lang import Scope
-from specc.model.expr import FALSE, TRUE, Compare, Expr, Member, junction, negation
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    Compare,
+    Expr,
+    IsOneOf,
+    Member,
+    junction,
+    negation,
+)
 from specc.model.fsm import (
+    NEVER_LEFT,
     OTHERWISE,
     Assignment,
     Axiom,
@@ -387,11 +397,13 @@ class MachineResolver:
             condition, is_remainder = conditions[row.index]
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
-            rest = condition, row.target, trace, place, is_remainder, row.resumes, memory.sets(row)
+            is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
+            modes = row.resumes, is_return, memory.sets(row)
+            rest = condition, row.target, trace, place, is_remainder, *modes
             rows.append(Transition(row.source, row.cause, *rest))
         remembered = [row.remembered for row in memory.table.rows]
         complete = zip(_with_remainders(rows), remembered, strict=True)
-        return tuple([_where_left(row, state, memory) for row, state in complete])
+        return tuple([_where_left(row, states, memory) for row, states in complete])
 
     def _axioms(self) -> tuple[Axiom, ...]:
         axioms = []
@@ -419,12 +431,14 @@ def _with_remainders(rows: Sequence[Transition]) -> tuple[Transition, ...]:
     return tuple(found)
 
 
-def _where_left(row: Transition, state: str, memory: ModeMemory) -> Transition:
-    """A row that resumes a mode, where `left(mode)` is a state."""
+def _where_left(row: Transition, states: frozenset[str], memory: ModeMemory) -> Transition:
+    """A row that resumes a mode, where `left(mode)` is one of some states."""
     if not row.resumes:
         return row
     last = memory.last_state(row.resumes)
-    test = Compare("==", last, Member(state, type=last.type), type=Bool())
+    test: Expr = IsOneOf(last, states, type=Bool())
+    if len(states) == 1:
+        test = Compare("==", last, Member(*states, type=last.type), type=Bool())
     when = junction("and", [row.condition.when, test])
     return replace(row, condition=replace(row.condition, when=when))
 

@@ -52,7 +52,7 @@ def target_of(text: str) -> Target:
 class FlatRow:
     """A row of the flat machine, which the row `index` of the file stands for.
 
-    If it `resumes` a mode, it applies where `remembered` is what `left(mode)` has.
+    If it `resumes` a mode, it applies where `left(mode)` is one of those `remembered`.
     """
 
     index: int
@@ -62,7 +62,7 @@ class FlatRow:
     enters: tuple[str, ...]
     leaves: tuple[str, ...]
     resumes: str = ""
-    remembered: str = ""
+    remembered: frozenset[str] = frozenset()
 
 
 @dataclass(eq=False, slots=True)
@@ -305,11 +305,13 @@ class FlatTable:
         return reachable([start], lambda state: inner.get(state, ()))
 
     def _by_history(self, row: FlatRow) -> Iterator[FlatRow]:
-        """A row for each state that a resumed mode may have been left from."""
-        for remembered in self.history[row.resumes]:
-            target = row.target if remembered == NEVER_LEFT else remembered
+        """A row for each state in which a mode may be resumed."""
+        targets = (
+            (row.target if each == NEVER_LEFT else each, each) for each in self.history[row.resumes]
+        )
+        for target, remembered in grouped(targets).items():
             if target:
-                yield replace(row, target=target, remembered=remembered)
+                yield replace(row, target=target, remembered=frozenset(remembered))
 
 
 # What modes remember, as memory of the subsystem.

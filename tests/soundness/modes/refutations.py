@@ -1,0 +1,170 @@
+"""Whether what a finding says about rows is so: a situation of that kind, in the interpreter.
+
+A finding names states, why they ended, and what holds; it may add values as an example. Situations
+of that kind are drawn until in one of them no row applies (E0601), or several do (E0602).
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from specc.diagnostics import Diagnostic
+from tests.soundness.evaluator import Absent, Key, Value
+from tests.soundness.modes.hierarchical import Machine, Undecided, Written
+from tests.soundness.modes.random_machines import SPORADIC, STEADY
+from tests.soundness.modes.scripted import RATE_HZ, values
+from tests.soundness.modes.text_values import parsed, worth
+
+DRAWN = 6000
+CODE = re.compile(r"`([^`]*)`")
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """What an expression is worth in the situations that a finding is about."""
+
+    expression: ast.expr
+    among: tuple[Value, ...]
+
+
+def facts_of(finding: Diagnostic) -> list[Fact]:
+    """What holds by the message, or else by the example."""
+    told = finding.message.partition(" when ")[2]
+    parts = re.findall(r"`([^`]*)` is (\w+(?: or \w+)*)", told)
+    if not parts and (alone := CODE.findall(told)):
+        parts = [(alone[0], "true")]
+    return [
+        Fact(parsed(text), tuple(_value(v) for v in answers.split(" or ")))
+        for text, answers in parts
+    ]
+
+
+def example_of(finding: Diagnostic) -> dict[str, tuple[bool | None, Value]]:
+    """Expression -> whether it is fresh, if that is said, and its value or `...` for any."""
+    found: dict[str, tuple[bool | None, Value]] = {}
+    for text, rest in re.findall(
+        r"`([^`]*)`((?: = [^,`]+| \(not fresh\)| fresh)*)", finding.example
+    ):
+        fresh = None if "fresh" not in rest else "not fresh" not in rest
+        value = rest.partition(" = ")[2].partition(" (")[0].partition(" fresh")[0].strip()
+        found[text] = fresh, _value(value.split()[0]) if value else ...
+    return found
+
+
+def _value(text: str) -> Value:
+    known = {"true": True, "false": False, "None": None}
+    if text in known:
+        return known[text]
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def is_confirmed(written: Written, finding: Diagnostic, rng: Random) -> bool:
+    """Whether a situation of the kind of the finding does what it says."""
+    told, example = facts_of(finding), example_of(finding)
+    named = re.findall(r"`(S\d+)`", finding.message.partition(" when ")[0])
+    states = list(written.states) if " more " in finding.message else named
+    for number in range(DRAWN):
+        state = states[number % len(states)]
+        machine, inputs, fresh = _situation(written, state, example, rng)
+        if (found := _rows(machine, inputs, fresh, told, finding)) is None:
+            continue
+        if found == 0 if finding.code == "E0601" else found > 1:
+            return True
+    return False
+
+
+def _rows(
+    machine: Machine, inputs: dict[Key, Value], fresh: set[Key], told: list[Fact], about: Diagnostic
+) -> int | None:
+    """How many rows apply; None where the situation is another one."""
+    now = machine.now(inputs, fresh)
+    try:
+        if any(worth(fact.expression, now) not in fact.among for fact in told):
+            return None
+        cause = machine.cause(now)
+        if not cause or not _is_named(cause, machine, about):
+            return None
+        machine.the_row(cause, now)
+    except Undecided as error:
+        return len(error.args[1])
+    except (Absent, ValueError):
+        return None
+    return 1
+
+
+def _is_named(cause: str, machine: Machine, about: Diagnostic) -> bool:
+    """Whether the finding is about states that end so."""
+    kind = "terminal" if cause == "terminal" else "error"
+    words = (about.label, *(related.message for related in about.related))
+    return any(f"{kind} condition" in text for text in words) or f"`{cause}`" in " ".join(words)
+
+
+def _situation(
+    written: Written, state: str, example: dict[str, tuple[bool | None, Value]], rng: Random
+) -> tuple[Machine, dict[Key, Value], set[Key]]:
+    """One in which the values of the example hold, and the rest is drawn."""
+    machine = Machine(written, RATE_HZ, state, periods=rng.randrange(1, 8))
+    inputs: dict[Key, Value] = {("m", n): v for n, v in values(rng, STEADY).items()}
+    fresh = set(inputs)
+    if rng.random() < 0.8:
+        inputs |= {("v", n): v for n, v in values(rng, SPORADIC).items()}
+        fresh |= {("v", n) for n in SPORADIC} if rng.random() < 0.6 else set()
+    machine.memory = {name: _drawn(name, rng) for name in written.memory}
+    for mode in written.modes:
+        least = machine.periods if mode in machine.stack else 0
+        machine.lasted[mode] = least + rng.choice((0, 0, 1, 3, 5))
+        inside = [s for s in written.states if mode in written.modes_of(s)]
+        machine.left |= {mode: rng.choice(inside)} if rng.random() < 0.7 else {}
+    for text, (is_fresh, value) in example.items():
+        _put(machine, inputs, fresh, text, is_fresh, value)
+    return machine, inputs, fresh
+
+
+def _drawn(name: str, rng: Random) -> Value:
+    of: dict[str, tuple[Value, ...]] = {
+        "flag": (False, True),
+        "held": (None, 0, 1, 2),
+    }
+    return rng.choice(of.get(name, (0, 1, 2, 3)))
+
+
+def _put(
+    machine: Machine,
+    inputs: dict[Key, Value],
+    fresh: set[Key],
+    text: str,
+    is_fresh: bool | None,
+    value: Value,
+) -> None:
+    """Have one thing as the example says it is."""
+    if text.startswith("x."):
+        key = (text.split(".")[1], text.split(".")[2])
+        if value is not ...:
+            inputs[key] = value
+        if is_fresh:
+            inputs.setdefault(key, 1)
+            fresh.add(key)
+        elif is_fresh is False:
+            fresh.discard(key)
+    elif text == "elapsed":
+        machine.periods = round(value * RATE_HZ)
+    elif text.startswith("elapsed("):
+        machine.lasted[text[8:-1]] = round(value * RATE_HZ)
+    elif text in machine.memory and value is not ...:
+        machine.memory[text] = value
+
+
+def unconfirmed(written: Written, findings: Any, seed: str) -> Iterator[str]:
+    """Findings about rows that no situation confirms."""
+    for finding in findings:
+        about_rows = finding.code in ("E0601", "E0602")
+        if about_rows and not is_confirmed(written, finding, Random(seed)):
+            yield f"{finding.code} {finding.message}; {finding.label}; {finding.example}"
