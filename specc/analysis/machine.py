@@ -272,7 +272,9 @@ class Machine:
         """The states that it can enter; all of them if the edges are unknown."""
         if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
-        return reachable_from(self.subsystem.initial_state, self.successors)
+        # A way back into a mode leads only to states that were entered before.
+        entering = grouped((s.row.source, s) for s in self.edges if not s.row.is_return)
+        return reachable_from(self.subsystem.initial_state, entering)
 
     def is_on_cycle(self, state: str) -> bool:
         """Whether a path leads from a state back to it."""

@@ -192,6 +192,15 @@ class Transition:
     """Whether it goes back to a state that was left when that mode was left."""
     sets: tuple[tuple[str, Expr], ...] = ()
     """Memory of modes and the constants that it gets before the functions of `target` read it."""
+    of_mode: str = ""
+    """The mode around `source` that the row of the file names; "" if it names the state."""
+
+    @property
+    def written(self) -> tuple[Place, str]:
+        """The same for rows that one row of the file stands for in the states of one mode, and for
+        those by which it resumes one in its states.
+        """
+        return self.place, self.of_mode or self.source
 
     @property
     def label(self) -> str:

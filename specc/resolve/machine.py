@@ -134,6 +134,7 @@ class MachineResolver:
             "lets": (*memory.lets(self.rate_hz), *self.lets),
             "memory": (*self.memory, *memory.elements(self.initial_state)),
             "transitions": self._transitions(memory),
+            "idle_rows": tuple(self.where["transitions"][index].place for index in table.idle),
             "axioms": self._axioms(),
         }
 
@@ -398,7 +399,7 @@ class MachineResolver:
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
             is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
-            modes = row.resumes, is_return, memory.sets(row)
+            modes = row.resumes, is_return, memory.sets(row), row.of_mode
             rest = condition, row.target, trace, place, is_remainder, *modes
             rows.append(Transition(row.source, row.cause, *rest))
         remembered = [row.remembered for row in memory.table.rows]

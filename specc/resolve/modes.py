@@ -63,6 +63,7 @@ class FlatRow:
     leaves: tuple[str, ...]
     resumes: str = ""
     remembered: frozenset[str] = frozenset()
+    of_mode: str = ""
 
 
 @dataclass(eq=False, slots=True)
@@ -188,6 +189,8 @@ class FlatTable:
     rows: list[FlatRow] = field(default_factory=list)
     history: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Mode that a row resumes -> the values of `left(mode)`, the initial one first."""
+    idle: tuple[int, ...] = ()
+    """Rows of the file that stand for no error condition, since other rows name each of them."""
     _named: dict[str, set[str]] = field(default_factory=dict)
     """State -> the causes that its rows name."""
 
@@ -196,6 +199,8 @@ class FlatTable:
         for row in written:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
+        some = {row.index for row in by_cause}
+        self.idle = tuple(dict.fromkeys(row.index for row in written if row.index not in some))
         for mode in dict.fromkeys(row.resumes for row in by_cause if row.resumes):
             self.history[mode] = self._history(mode, by_cause)
         for row in by_cause:
@@ -219,9 +224,11 @@ class FlatTable:
                 is_legal = is_legal and self._is_outside(target.name, names, at["to"])
             elif not entered:
                 continue
-            for source in dict.fromkeys(s for n in names if is_legal for s in tree.states(n)):
+            named = ((s, n) for n in names if is_legal for s in tree.states(n))
+            for source, name in dict(named).items():
                 if item.cause in ("terminal", "error", *self.errors[source]):
-                    yield self._between(index, source, item.cause, target, entered)
+                    row = self._between(index, source, item.cause, target, entered)
+                    yield row if name == source else replace(row, of_mode=name)
 
     def _between(
         self, index: int, source: str, cause: Cause, target: Target, entered: str
