@@ -92,11 +92,12 @@ def _locked(folder: Path, *, is_folder: bool) -> tuple[Path, int | None]:
             aside.mkdir(0o700)
         else:
             os.close(os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-        lock = _lock(aside, waits=True)
-        # Another process may have taken it for stale before it was locked.
-        if aside.exists():
-            return aside, lock
-        _unlock(lock)
+        # Another process may take it for stale before it is locked, or even before it is opened.
+        with suppress(FileNotFoundError):
+            lock = _lock(aside, waits=True)
+            if aside.exists():
+                return aside, lock
+            _unlock(lock)
 
 
 def _lock(path: Path, *, waits: bool) -> int | None:

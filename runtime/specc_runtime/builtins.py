@@ -181,6 +181,46 @@ def translation(x_m: float, y_m: float, z_m: float) -> Pose:
     return read_only(np.array(rows))
 
 
+def rotation(axis: Vector, angle_rad: float) -> Pose:
+    """X_AB of frames with one origin, B turned about an axis in A, (3,), by Rodrigues' formula.
+
+    The axis need not be of unit length; raises ValueError if it is zero or not finite.
+    """
+    components = axis.tolist()
+    largest = max(map(abs, components))
+    if not 0.0 < largest < math.inf:
+        raise ValueError(f"axis {components} has no direction")
+    x, y, z = (part / largest for part in components)
+    length = math.hypot(x, y, z)
+    x, y, z = x / length, y / length, z / length
+    s, c = math.sin(angle_rad), math.cos(angle_rad)
+    v = 1.0 - c
+    rows = (
+        (c + v * x * x, v * x * y - s * z, v * x * z + s * y, 0.0),
+        (v * x * y + s * z, c + v * y * y, v * y * z - s * x, 0.0),
+        (v * x * z - s * y, v * y * z + s * x, c + v * z * z, 0.0),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    return read_only(np.array(rows))
+
+
+def rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Pose:
+    """X_AB of frames with one origin, turned about the fixed axes x, y, z of A, in this order.
+
+    R = Rz(yaw) Ry(pitch) Rx(roll), as in URDF and ROS.
+    """
+    a, b = math.cos(roll_rad), math.sin(roll_rad)
+    c, d = math.cos(pitch_rad), math.sin(pitch_rad)
+    e, f = math.cos(yaw_rad), math.sin(yaw_rad)
+    rows = (
+        (e * c, e * d * b - f * a, e * d * a + f * b, 0.0),
+        (f * c, f * d * b + e * a, f * d * a - e * b, 0.0),
+        (-d, c * b, c * a, 0.0),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    return read_only(np.array(rows))
+
+
 def pose(position_m: Vector, quaternion_xyzw: Vector) -> Pose:
     """X_AB from the origin of B in A, (3,), and its attitude as a quaternion (4,), scalar last.
 

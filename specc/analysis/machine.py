@@ -13,7 +13,16 @@ from specc.analysis.reads import Dependences
 from specc.analysis.state_timing import StateTiming
 from specc.analysis.suspicious_expressions import SuspiciousExpressions
 from specc.analysis.value_ranges import ValueRanges
-from specc.model.expr import Expr, Input, Truth, children, has_unknown
+from specc.model.expr import (
+    Compare,
+    Expr,
+    Input,
+    LetRef,
+    Number,
+    Truth,
+    children,
+    has_unknown,
+)
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.model.types import Bool, Enum
@@ -104,6 +113,14 @@ class Machine:
         if not self.subsystem.constants:
             return self.value_ranges.invariants
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
+
+    def _times_of_modes(self, state: str) -> Iterator[Expr]:
+        """What conditions of a state know of the modes around it: a period has passed in each."""
+        lets = {let.name: let.value.type for let in self.subsystem.lets}
+        for name in (f"elapsed({mode})" for mode in self.subsystem.state(state).modes):
+            if name in lets:
+                period = Number(float(1 / self.subsystem.rate_hz), type=lets[name])
+                yield Compare(">=", LetRef(name, type=lets[name]), period, type=Bool())
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
@@ -228,7 +245,8 @@ class Machine:
             if fresh and not verdict.proved:
                 verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
         if not verdict.proved:
-            invariants = self.prover.related_facts(state, cause, self.invariants)
+            facts = (*self.invariants, *self._times_of_modes(state))
+            invariants = self.prover.related_facts(state, cause, facts)
             if invariants:
                 known = prove(fresh=fresh, invariants=invariants)
                 verdict = verdict.refuted_by(known.decision)

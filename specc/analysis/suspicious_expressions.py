@@ -120,6 +120,8 @@ def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[E
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
+_QUATERNION = 4
+"""Components of one; an axis has three."""
 _ONE = -1
 """Stands for what is known in a sum."""
 _ROUNDING = 1e-9
@@ -136,7 +138,15 @@ class SuspiciousExpression:
     """
 
     kind: Literal[
-        "tolerance", "angle", "turn", "quaternion", "bounds", "itself", "unchanged", "fails"
+        "tolerance",
+        "angle",
+        "turn",
+        "quaternion",
+        "axis",
+        "bounds",
+        "itself",
+        "unchanged",
+        "fails",
     ]
     expr: Expr
     text: ExpressionText
@@ -236,13 +246,7 @@ class SuspiciousExpressions:
         if function.compares:
             self._check_tolerances(text, call)
         if function.direction is not None:
-            quaternion = call.args[function.direction]
-            origin = self._origin(text, quaternion)
-            items = origin[1].items if isinstance(origin[1], Items) else ()
-            parts = [part for item in items if (part := self._value(item)) is not None]
-            length = math.hypot(*parts)
-            if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
-                self._add("quaternion", text, call, quaternion, origin=origin, number=length)
+            self._check_direction(text, call, call.args[function.direction])
         if function.picks and not self._check_clamp(text, call):
             self._check_computed_clamp(text, call)
         if function.limits is not None:
@@ -255,6 +259,17 @@ class SuspiciousExpressions:
             place, neutral, _ = function.neutral
             if self._value(call.args[place]) == neutral:
                 self._add("unchanged", text, call, *call.args[:1])
+
+    def _check_direction(self, text: ExpressionText, call: Builtin, direction: Expr) -> None:
+        """A quaternion whose length is not 1, or an axis of no length."""
+        origin = self._origin(text, direction)
+        items = origin[1].items if isinstance(origin[1], Items) else ()
+        parts = [part for item in items if (part := self._value(item)) is not None]
+        length = math.hypot(*parts)
+        kind = "quaternion" if len(items) == _QUATERNION else "axis"
+        is_meant = abs(length - 1) <= UNIT_LENGTH_WITHIN if kind == "quaternion" else length > 0
+        if items and len(parts) == len(items) and not is_meant:
+            self._add(kind, text, call, direction, origin=origin, number=length)
 
     def _check_tolerances(self, text: ExpressionText, near: Builtin) -> None:
         for limit, is_angle in zip(near.args[2:], (False, True), strict=False):

@@ -28,8 +28,9 @@ from specc.checks import (
 )
 from specc.diagnostics import Diagnostic, blocks
 from specc.limits import is_used_up
+from specc.model.expr import ParameterRef, walk
 from specc.model.system import System
-from specc.source import Place
+from specc.source import Place, Route
 
 CheckFunction = Callable[[Facts], Iterator[Diagnostic]]
 
@@ -155,7 +156,7 @@ def run_checks(
     if sound and not any(blocks(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
     found = _dead_in_all_uses(found, facts)
-    return found, facts
+    return _whatever_arguments_are(found, facts), facts
 
 
 _OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
@@ -174,3 +175,26 @@ def _dead_in_all_uses(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]
         uses.update({row.place for row in machine.subsystem.transitions})
     pairs = zip(found, keys, strict=True)
     return [finding for finding, key in pairs if key not in dead or dead[key] >= uses[key[1]]]
+
+
+_OF_EXPRESSIONS = ("W0333", "W0338", "W0613", "W0617")
+
+
+def _whatever_arguments_are(found: list[Diagnostic], facts: Facts) -> list[Diagnostic]:
+    """Drop findings about expressions with parameters that one call makes odd.
+
+    They are there for the arguments of other calls.
+    """
+    spans: dict[tuple[str, Route], list[tuple[int, int]]] = {}
+    for generic in (g for machine in facts.machines for g in machine.subsystem.generics):
+        for place, expr in generic.exprs:
+            named = [node.span for node in walk(expr) if isinstance(node, ParameterRef)]
+            spans.setdefault((place.file, place.route), []).extend(named)
+
+    def has_parameter(at: Place) -> bool:
+        named = [*spans.get((at.file, at.route), ()), *spans.get((at.file, at.route[:-1]), ())]
+        return any(
+            at.start is None or (at.start <= start and end <= (at.end or 0)) for start, end in named
+        )
+
+    return [f for f in found if f.code not in _OF_EXPRESSIONS or not has_parameter(f.primary)]

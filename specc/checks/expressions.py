@@ -50,6 +50,7 @@ _CODES = {
     "angle": "E0330",
     "turn": "W0342",
     "quaternion": "E0331",
+    "axis": "E0331",
     "bounds": "W0332",
     "itself": "W0333",
     "unchanged": "W0338",
@@ -104,6 +105,9 @@ def _words(found: SuspiciousExpression) -> tuple[str, str]:
         case "quaternion":
             help = "write x, y, z, w of a rotation; the sum of their squares is 1"
             return f"the length of this quaternion is {found.number:.4g}, not 1", help
+        case "axis":
+            help = "write a vector along the axis, e.g. `[0, 0, 1]`; its length does not matter"
+            return "an axis of length zero has no direction", help
         case "bounds":
             help = "the lower bound goes with `max`, the upper one with `min`"
             if isinstance(expr, Builtin) and FUNCTIONS[expr.name].limits:
@@ -182,7 +186,9 @@ def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
 def one_writer(facts: Facts) -> Iterator[Diagnostic]:
     """E0608, for a behaviour that writes a target twice."""
     for subsystem in facts.subsystems:
-        for behaviour in subsystem.behaviours:
+        # Calls of one behaviour write alike.
+        declared = {b.place: b.generic.part if b.generic else b for b in subsystem.behaviours}
+        for behaviour in declared.values():
             first: dict[tuple[str, str], Assignment] = {}
             for assignment in behaviour.assignments:
                 target = assignment.peer, assignment.name
@@ -192,7 +198,7 @@ def one_writer(facts: Facts) -> Iterator[Diagnostic]:
                         Related(earlier.place, "here"),
                         Related(assignment.place, "and here"),
                     ]
-                    if earlier is assignment:
+                    if earlier.place == assignment.place:
                         writers = [
                             Related(
                                 assignment.place, f"`{behaviour.name}` names the function twice"

@@ -225,8 +225,8 @@ def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
 
 def _buffer_place(subsystem: Subsystem, direction: str, peer: str) -> Place:
     """The place where a buffer of a subsystem would be declared, beside its others."""
-    if subsystem.ports:
-        place = subsystem.ports[0].place
+    own = (port.place for port in subsystem.ports if port.place.route[-2] in ("x", "y"))
+    if place := next(own, None):
         return Place(place.file, (*place.route[:-2], direction, peer))
     return Place(subsystem.place.file, (*subsystem.place.route, direction, peer))
 

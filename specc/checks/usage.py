@@ -10,8 +10,17 @@ from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
 from specc.lang import RESERVED
-from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
-from specc.model.fsm import Behaviour, Condition, Function
+from specc.model.expr import (
+    Call,
+    ConstantRef,
+    Expr,
+    FileRef,
+    LetRef,
+    MemoryRef,
+    ParameterRef,
+    walk,
+)
+from specc.model.fsm import Behaviour, Condition, Function, Generic
 from specc.model.requirement import expressions_in
 from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Enum
@@ -70,7 +79,7 @@ def _quoted(label: str) -> str:
 # Every named part of a subsystem is used somewhere in it.
 
 
-SubsystemPart = Behaviour | Condition | Function | Let | Memory
+SubsystemPart = Behaviour | Condition | Function | Generic | Let | Memory
 Readable = dict[tuple[type[Expr], str], Let | Memory]
 
 
@@ -78,12 +87,24 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0611; memory that is written counts as used."""
     for machine in facts.complete_machines:
         yield from _unused_parts(machine.subsystem, facts.watched(machine.subsystem))
+        for generic in machine.subsystem.generics:
+            yield from _unused_parameters(generic)
+
+
+def _unused_parameters(generic: Generic) -> Iterator[Diagnostic]:
+    nodes = (node for _, expr in generic.exprs for node in walk(expr))
+    used = {node.name for node in nodes if isinstance(node, ParameterRef)}
+    for parameter in (p for p in generic.parameters if p.name not in used):
+        message = f"parameter `{parameter.name}` is not used"
+        help = "use it, or delete it here and in the calls"
+        yield Diagnostic("W0611", message, parameter.place, help=help)
 
 
 def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnostic]:
     named: Readable = {(LetRef, item.name): item for item in subsystem.lets}
     named |= {(MemoryRef, item.name): item for item in subsystem.memory}
-    every = (*subsystem.behaviours, *subsystem.functions, *subsystem.conditions, *named.values())
+    every: list[SubsystemPart] = [*subsystem.behaviours, *subsystem.functions]
+    every += [*subsystem.generics, *subsystem.conditions, *named.values()]
     parts: dict[str, SubsystemPart] = {_label(part): part for part in every}
     start: list[SubsystemPart] = [state.behaviour for state in subsystem.states]
     start += [error for mode in subsystem.modes for _, error in mode.errors]
@@ -95,15 +116,23 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     start += [part for part in named.values() if part.name in RESERVED]
     uses = {label: [*map(_label, _direct_uses(part, named))] for label, part in parts.items()}
     used = reachable(map(_label, start), lambda label: uses.get(label, ()))
-    unused = {label: part for label, part in parts.items() if label not in used}
+    left = {label: part for label, part in parts.items() if label not in used}
+    # Calls are there for what names them.
+    unused = {label: part for label, part in left.items() if not getattr(part, "generic", None)}
     edges = {label: set(uses[label]) for label in unused}
     yield from _unused_findings(
-        "W0611", {label: p.place for label, p in unused.items()}, edges, _NONE
+        "W0611", {label: _place(part) for label, part in unused.items()}, edges, _NONE
     )
+
+
+def _place(part: SubsystemPart) -> Place:
+    return part.part.place if isinstance(part, Generic) else part.place
 
 
 def _label(part: SubsystemPart) -> str:
     match part:
+        case Generic(part=whole):
+            return _label(whole)
         case Condition(kind=kind):
             return f"{kind} condition {part.name}"
         case Memory():
@@ -114,11 +143,22 @@ def _label(part: SubsystemPart) -> str:
 def _direct_uses(part: SubsystemPart | None, named: Readable) -> list[SubsystemPart]:
     """The parts that a part names, and the memory that it writes."""
     match part:
+        case Generic(part=Behaviour() as whole):
+            # What stands in place in it is a part of the subsystem in its calls only.
+            inner = _direct_uses(whole, named)
+            return inner + [used for one in inner for used in _direct_uses(one, named)]
+        case Generic(part=whole):
+            return _direct_uses(whole, named)
         case Behaviour(functions=functions):
-            return [*functions, part.terminal, *(error for _, error in part.errors)]
+            calls = [call for call in functions if call.generic]
+            of_calls = [used for call in calls for used in _direct_uses(call, named)]
+            own = [part.generic] if part.generic else []
+            errors = [error for _, error in part.errors]
+            return [*functions, part.terminal, *errors, *own, *of_calls]
         case Function(assignments=items):
             written = [(MemoryRef, item.name) for item in items if not item.peer]
             found: list[SubsystemPart] = [named[name] for name in written if name in named]
+            found += [part.generic] if part.generic else []
             return found + _named_in([item.value for item in items], named)
         case Condition(when=value) | Let(value=value):
             return _named_in([value], named)

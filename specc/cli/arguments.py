@@ -444,7 +444,7 @@ def _import(command: Parser) -> None:
 _IMPORT = "commands:run_import"
 IMPORTERS = (
     Command("fabric", _IMPORT, "subsystem definitions of FABRIC", _fabric),
-    Command("scxml", _IMPORT, "a flat state chart", _scxml),
+    Command("scxml", _IMPORT, "a state chart", _scxml),
 )
 COMMANDS = tuple(starmap(Command, (
     ("validate", "commands:validate", "report what is wrong with specifications", _validate),

@@ -20,7 +20,7 @@ from specc.lang.values import Value
 from specc.model import expr as m
 from specc.model.expr import Fresh, Present
 from specc.model.types import Int, ListOf, Pose, Real, Type, Vector
-from specc.model.units import METRE, SECOND
+from specc.model.units import METRE, RADIAN, SECOND
 
 _SUM = Form("{:sum} + {:product}", "sum")
 _REST = Form("{:primary}[{}:]", "primary")
@@ -91,6 +91,9 @@ def _distant(other: Value, side: Type, tolerance: float, wanted: bool) -> Iterat
 # The table.
 
 
+_AT_ORIGIN = (0.0, 0.0)
+"""The coordinates of the position of a pose that only turns."""
+
 FUNCTIONS: dict[str, BuiltinFunction] = {
     "fresh": exact(
         "x.peer.element -> bool: a value became visible since the previous period",
@@ -155,7 +158,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         "number for v in list -> item: the item for which the number is smallest",
         rules.extreme_rule("argmin"),
     ),
-    "inverse": BuiltinFunction(
+    m.INVERSE: BuiltinFunction(
         "X -> pose: pose[B, A] of a pose[A, B]",
         rules.unary_rule(
             "inverse(X)", "takes a pose", rules.inverted_pose, wanted=rules.inverted_pose
@@ -185,6 +188,27 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         propagates=True,
         range=ranges.union,
         inverse=_from_translation,
+    ),
+    m.ROTATION: BuiltinFunction(
+        "axis, angle -> pose: turned about an axis, a vector of any length but zero",
+        rules.pose_rule("rotation(axis, angle)", Vector(3, Real()), Real(RADIAN)),
+        is_overridable=True,
+        value=values.rotation,
+        constants_checked=True,
+        overflows=False,
+        propagates=True,
+        bounds=_AT_ORIGIN,
+        direction=0,
+    ),
+    m.RPY: BuiltinFunction(
+        "roll, pitch, yaw -> pose: turned about the fixed axes x, y and z, in this order",
+        rules.pose_rule("rpy(roll, pitch, yaw)", *[Real(RADIAN)] * 3),
+        is_overridable=True,
+        value=values.rpy,
+        may_fail=False,
+        overflows=False,
+        propagates=True,
+        bounds=_AT_ORIGIN,
     ),
     m.POSE: BuiltinFunction(
         "p, q -> pose: q is a quaternion (x, y, z, w)",

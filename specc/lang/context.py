@@ -12,6 +12,7 @@ from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, alternatives
 from specc.lang.parse import span
 from specc.model.expr import (
     FRAMELESS,
+    INVERSE,
     Builtin,
     Expr,
     Items,
@@ -355,6 +356,10 @@ def _prefer_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Ex
             found[index] = ctx.infer(node, enums[0])
 
 
+UNNAMED = "_"
+"""The frame between two poses neither of which gives it a name."""
+
+
 def needs_context(node: ast.expr, scope: Scope) -> bool:
     """Whether the type of an expression depends on where it stands."""
     match node:
@@ -370,10 +375,12 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
             return needs_context(operand, scope)
         case ast.IfExp(body=body, orelse=orelse):
             return needs_context(body, scope) and needs_context(orelse, scope)
-        case ast.BinOp(op=ast.Add() | ast.Sub(), left=left, right=right):
+        case ast.BinOp(op=ast.Add() | ast.Sub() | ast.MatMult(), left=left, right=right):
             return needs_context(left, scope) and needs_context(right, scope)
+        case ast.Call(func=ast.Name(id=name), args=[argument]) if name == INVERSE:
+            return needs_context(argument, scope)
         case ast.Call(func=ast.Name(id=name)):
-            return name in FRAMELESS
+            return name in FRAMELESS and name not in scope.operators
     return False
 
 
@@ -388,6 +395,7 @@ def mismatch(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
         help = help or missing_unit(right[1], a, ctx.quote(right[0]))
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
+        help = "poses are composed with `@`" if isinstance(a, Pose) and a == b else help
     elif isinstance(a, Vector) and isinstance(b, Vector) and (a.frame or b.frame):
         code, help = _point_mismatch(a, b)
     else:

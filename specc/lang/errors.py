@@ -20,6 +20,7 @@ from specc.model.expr import (
     Input,
     LetRef,
     MemoryRef,
+    ParameterRef,
     Unary,
     source_name,
 )
@@ -59,6 +60,8 @@ class Scope:
 
     bound: Mapping[str, Declaration] = field(default_factory=dict)
     """Variables of the quantifiers around the expression."""
+    parameters: Mapping[str, Declaration] = field(default_factory=dict)
+    """Those of the behaviour or function around the expression."""
     memory: Mapping[str, Declaration] = field(default_factory=dict)
     lets: Mapping[str, Declaration] = field(default_factory=dict)
     constants: Mapping[str, Declaration] = field(default_factory=dict)
@@ -88,7 +91,7 @@ class Scope:
 
     def value(self, name: str) -> tuple[str, Type] | None:
         """Kind and type of a named value, or None: the name may still be a member or a file."""
-        for kind in ("bound", "memory", "lets", "constants"):
+        for kind in ("bound", "parameters", "memory", "lets", "constants"):
             found: Declaration | None = getattr(self, kind).get(name)
             if found is not None:
                 return kind, found.type
@@ -101,7 +104,7 @@ class Scope:
 
     def values(self) -> Iterator[tuple[str, Type]]:
         """Every named value with its type."""
-        for names in (self.memory, self.lets, self.constants):
+        for names in (self.parameters, self.memory, self.lets, self.constants):
             yield from ((name, declared.type) for name, declared in names.items())
 
     def elements(self, peer: str) -> list[str]:
@@ -116,7 +119,7 @@ class Scope:
     def names(self) -> list[str]:
         """Every plain name that stands for something here."""
         clock = CLOCK_NAMES if self.allow_clock else ()
-        values = [*self.bound, *self.memory, *self.lets, *self.constants]
+        values = [*self.bound, *self.parameters, *self.memory, *self.lets, *self.constants]
         others = [n for n in self.all_lets if n != self.defines and n not in self.lets]
         return [*values, *others, *self.files, *self.enums, *clock]
 
@@ -144,6 +147,9 @@ class Origin:
 def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
     """The declarations from which the type of `expr` follows, from left to right."""
     match expr:
+        case ParameterRef(name=name):
+            words = f"`{name}` is declared as `{expr.type}`"
+            yield from _origin(scope.parameters.get(name), words)
         case MemoryRef(name=name):
             yield from _origin(scope.memory.get(name), f"`{name}` is declared as `{expr.type}`")
         case Input(peer=peer, element=element):

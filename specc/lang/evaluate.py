@@ -43,6 +43,7 @@ class Environment:
     files: Mapping[str, str] = field(default_factory=dict)
     clock: Mapping[str, Value] = field(default_factory=dict)
     operators: Mapping[str, Callable[..., Value]] = field(default_factory=dict)
+    parameters: Mapping[str, Value] = field(default_factory=dict)
     bound: Mapping[str, Value] = field(default_factory=dict)
     count: Callable[[int], object] = abs
     """Told of steps, and of items, before they are made; what it raises goes through."""
@@ -154,6 +155,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.ConstantRef: partial(_lookup, "constants"),
     m.FileRef: partial(_lookup, "files"),
     m.BoundVariable: partial(_lookup, "bound"),
+    m.ParameterRef: partial(_lookup, "parameters"),
     m.Clock: partial(_lookup, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: lambda e, env: e.input.key in (env.inputs if env.present is None else env.present),

@@ -10,7 +10,14 @@ from functools import partial
 from typing import Any, Literal, NoReturn, Protocol
 
 from specc.diagnostics.nearest import nearest
-from specc.lang.context import Context, infer_same_type, mismatch, scalar_unit, unwrap_list
+from specc.lang.context import (
+    UNNAMED,
+    Context,
+    infer_same_type,
+    mismatch,
+    scalar_unit,
+    unwrap_list,
+)
 from specc.lang.errors import ExprError, collect
 from specc.lang.names import input_element
 from specc.lang.parse import span
@@ -164,18 +171,20 @@ def pose_rule(usage: str, *parts: Type) -> Rule:
         for arg, value in zip(node.args, args, strict=True):
             if isinstance(value.type, Vector) and value.type.frame not in ("", type.parent):
                 message = f"`{ctx.quote(arg)}` is `{value.type}`; expected `{point(type.parent)}`"
-                raise ctx.error(arg, message, code="E0312").with_origins(ctx.origins(value), type)
+                help = "" if type.parent != UNNAMED else "the frame between these poses has no name"
+                error = ctx.error(arg, message, help, "E0312")
+                raise error.with_origins(ctx.origins(value), type)
         return _builtin(node, type, *args)
 
     return rule
 
 
 def _pose_type(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
-    if isinstance(hint, Pose):
+    if isinstance(hint, Pose) and hint.parent and hint.child:
         return hint
-    if hint is not None:
+    if hint is not None and not isinstance(hint, Pose):
         raise ctx.error(node, f"`{ctx.quote(node)}` is a pose; expected `{hint}`")
-    help = "declare it as a memory element of a pose type, which gives its frames"
+    help = 'a type of its place gives its frames, e.g. `{type: "pose[A, B]", is: ...}`'
     message = f"the frames of `{ctx.quote(node)}` are not known here"
     raise ctx.error(node, message, help, "E0317")
 
@@ -479,7 +488,7 @@ class BuiltinFunction:
     same_arguments: str = ""
     """What is wrong with two arguments that have one value, with braces for it; "" if nothing."""
     direction: int | None = None
-    """The argument that says a direction: a vector of length 1."""
+    """The argument that says a direction: a quaternion of length 1, an axis of any but zero."""
     neutral: tuple[int, float, str] | None = None
     """An argument, its value with which the call gives the first one as it is, and a way out."""
 

@@ -37,6 +37,7 @@ from specc.model.expr import (
     MemoryRef,
     Nothing,
     Number,
+    ParameterRef,
     TextLiteral,
     Truth,
     Unused,
@@ -210,8 +211,9 @@ def _infer_items(ctx: Context, node: ast.List) -> Items:
 # Typing rules of plain names: values, files, members of enums, the clock.
 
 
-_NODES: dict[str, type[BoundVariable | MemoryRef | LetRef | ConstantRef]] = {
+_NODES: dict[str, type[BoundVariable | ParameterRef | MemoryRef | LetRef | ConstantRef]] = {
     "bound": BoundVariable,
+    "parameters": ParameterRef,
     "memory": MemoryRef,
     "lets": LetRef,
     "constants": ConstantRef,

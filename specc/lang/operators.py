@@ -10,6 +10,7 @@ from typing import Literal
 
 from specc.diagnostics.nearest import nearest
 from specc.lang.context import (
+    UNNAMED,
     Context,
     Side,
     fits,
@@ -26,6 +27,7 @@ from specc.model.expr import Expr
 from specc.model.types import (
     Bool,
     Enum,
+    Frame,
     Int,
     ListOf,
     OptionalOf,
@@ -47,7 +49,7 @@ def binary(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
         case ast.Add() | ast.Sub():
             return _sum(ctx, node, "+" if isinstance(node.op, ast.Add) else "-", hint)
         case ast.Mult() | ast.Div():
-            return _product(ctx, node, "*" if isinstance(node.op, ast.Mult) else "/")
+            return _product(ctx, node, "*" if isinstance(node.op, ast.Mult) else "/", hint)
         case ast.Pow():
             return _power(ctx, node)
     return _composition(ctx, node, hint)
@@ -111,8 +113,9 @@ def _sum_type(a: Type, b: Type, op: Literal["+", "-"]) -> Type | None:
     return a if a.frame else b
 
 
-def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"]) -> Expr:
-    left, right = collect(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"], hint: Type | None) -> Expr:
+    pose = hint if isinstance(hint, Pose) else None  # no product is one, which has to be said
+    left, right = collect(lambda: ctx.infer(node.left, pose), lambda: ctx.infer(node.right, pose))
     type = _product_type(left.type, right.type, op)
     if type is None and op == "*":
         type = _product_type(right.type, left.type, op)
@@ -207,21 +210,55 @@ def _moved_point(ctx: Context, node: ast.BinOp, X: Expr, p: Expr) -> Expr:
 
 
 def _infer_operands(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr]:
-    """Both sides; a pose without frames of its own gets them from the other and from the hint."""
+    """Both sides. Poses made of numbers get their frames from those beside them and from the hint.
+
+    The frame between two such poses has no name.
+    """
     if isinstance(node.right, ast.List):
         left = ctx.infer(node.left)
         inside = point(left.type.child) if isinstance(left.type, Pose) else None
         return left, ctx.infer(node.right, inside)
-    if isinstance(hint, Pose) and needs_context(node.right, ctx.scope):
-        left = ctx.infer(node.left)
-        inner = Pose(left.type.child, hint.child) if isinstance(left.type, Pose) else None
-        return left, ctx.infer(node.right, inner)
-    if isinstance(hint, Pose) and needs_context(node.left, ctx.scope):
-        right = ctx.infer(node.right)
-        inner = Pose(hint.parent, right.type.parent) if isinstance(right.type, Pose) else None
-        return ctx.infer(node.left, inner), right
-    left, right = collect(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
+    parent, child = _outer_frames(hint)
+    is_left_open, is_right_open = (
+        needs_context(factor, ctx.scope)
+        for factor in (_factors(node.left)[-1], _factors(node.right)[0])
+    )
+    if is_left_open and not is_right_open:
+        right = _factor(ctx, node.right, "", child)
+        return _factor(ctx, node.left, parent, _outer_frames(right.type)[0]), right
+    if is_right_open and not is_left_open:
+        left = _factor(ctx, node.left, parent, "")
+        return left, _factor(ctx, node.right, _outer_frames(left.type)[1], child)
+    between = UNNAMED if is_left_open else ""
+    left, right = collect(
+        lambda: _factor(ctx, node.left, parent, between),
+        lambda: _factor(ctx, node.right, between, child),
+    )
     return left, right
+
+
+def _outer_frames(type: Type | None) -> tuple[Frame, Frame]:
+    """The first and the last frame of a pose; a point has the first. "" if it is not known."""
+    match type:
+        case Pose(parent=parent, child=child):
+            return parent, child
+        case Vector(frame=frame):
+            return frame, ""
+    return "", ""
+
+
+def _factor(ctx: Context, node: ast.expr, parent: Frame, child: Frame) -> Expr:
+    """One side of `@`, between frames of which one or both may be known."""
+    is_open = any(needs_context(factor, ctx.scope) for factor in _factors(node))
+    return ctx.infer(node, Pose(parent, child) if is_open and (parent or child) else None)
+
+
+def _factors(node: ast.expr) -> list[ast.expr]:
+    """The poses that are composed, from left to right."""
+    match node:
+        case ast.BinOp(left=left, op=ast.MatMult(), right=right):
+            return [*_factors(left), *_factors(right)]
+    return [node]
 
 
 def _frame_help(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:

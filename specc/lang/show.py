@@ -119,6 +119,7 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.ConstantRef: lambda e: e.name,
     m.FileRef: lambda e: m.source_name(e.name),
     m.BoundVariable: lambda e: e.name,
+    m.ParameterRef: lambda e: e.name,
     m.Clock: lambda e: e.name,
     m.Fresh: lambda e: f"fresh({show(e.input)})",
     m.Present: lambda e: f"present({show(e.input)})",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal, NamedTuple
@@ -317,6 +317,25 @@ class Signature(NamedTuple):
 def parse_signature(text: str, names: TypeNames) -> Signature:
     """Parse a signature; raises `ExprError` with offsets into it."""
     stretches, (start, end) = signature_parts(text)
+    parameters = _named_types(text, stretches, names)
+    result = _type(text, start, end, names)
+    _check_variables(parameters, result, start, end)
+    return Signature(tuple(parameters.items()), result)
+
+
+def parse_parameters(text: str, names: TypeNames) -> dict[str, Type]:
+    """Parse a signature without a result; raises `ExprError` with offsets into it."""
+    stretches, end = parameter_parts(text)
+    if rest := text[end:].strip():
+        message = "a behaviour or function has no result"
+        raise ExprError(message, end, len(text), f"leave out `{rest}`", "E0306")
+    return _named_types(text, stretches, names)
+
+
+def _named_types(
+    text: str, stretches: Iterable[tuple[int, int]], names: TypeNames
+) -> dict[str, Type]:
+    """The types of parameters, each written as a name, a colon and a type."""
     parameters: dict[str, Type] = {}
     for first, last in stretches:
         before, colon, _ = text[first:last].partition(":")
@@ -327,22 +346,26 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
         if name in parameters:
             raise _error(f"parameter `{name}` stands twice", first, last)
         parameters[name] = type
-    result = _type(text, start, end, names)
-    _check_variables(parameters, result, start, end)
-    return Signature(tuple(parameters.items()), result)
+    return parameters
 
 
 def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
     """The spans of the parameters and the result of a signature; raises `ExprError`."""
+    parameters, end = parameter_parts(text)
+    arrow = end + len(text[end:]) - len(text[end:].lstrip())
+    if not text.startswith("->", arrow):
+        raise _error("a signature has its result after `->`", arrow, len(text))
+    return parameters, (arrow + 2, len(text))
+
+
+def parameter_parts(text: str) -> tuple[list[tuple[int, int]], int]:
+    """The spans of what stands in the first brackets, and their end; raises `ExprError`."""
     if len(text) > LONGEST:
         message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
         raise _error(message, LONGEST, len(text))
     opening = len(text) - len(text.lstrip())
     closing = _closing(text, opening)
-    arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
-    if not text.startswith("->", arrow):
-        raise _error("a signature has its result after `->`", arrow, len(text))
-    return list(_separated(text, opening + 1, closing)), (arrow + 2, len(text))
+    return list(_separated(text, opening + 1, closing)), closing + 1
 
 
 def _error(message: str, start: int, end: int) -> ExprError:
@@ -398,6 +421,10 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
 # What a buffer names: an interface with its frames and types, `Report[W, Status]`.
 
 
+SAME = "same"
+"""In the place of an interface: the elements of the other end."""
+
+
 @dataclass(frozen=True, slots=True)
 class InterfaceUse:
     """The name of an interface, with the frames and types that it is given."""
@@ -423,11 +450,14 @@ def parse_interface(
     name, args = name_and_arguments(tree)
     if not name:
         raise ExprError(_NO_INTERFACE, 0, len(text), _INTERFACE, "E0237")
+    if name == SAME and name not in interfaces:
+        message, help = f"`{SAME}` takes nothing in brackets", f"write `{SAME}`"
+        raise ExprError(message, *span(tree), help, "E0237")
     if name not in interfaces:
         start = span(tree)[0]
         at = start, start + len(name)
         way = "declare it under `interfaces:`"
-        raise unknown_name("interface", name, interfaces, way, at, "E0201")
+        raise unknown_name("interface", name, [*interfaces, SAME], way, at, "E0201")
     frames, types = interfaces[name]
     if len(args) != len(frames) + len(types):
         usage = ", ".join((*frames, *types))
@@ -457,7 +487,7 @@ class NameMention:
     end: int
 
 
-TextForm = Literal["type", "signature", "interface"]
+TextForm = Literal["type", "signature", "parameters", "interface"]
 
 
 def names_of(form: TextForm, text: str, types: Collection[str]) -> Iterator[NameMention]:
@@ -478,11 +508,30 @@ def names_of_type(text: str, types: Collection[str]) -> Iterator[NameMention]:
 def names_of_signature(text: str, types: Collection[str]) -> Iterator[NameMention]:
     """The names in the types of a signature."""
     try:
-        parts, (start, end) = signature_parts(text)
+        parts, result = signature_parts(text)
     except ExprError:
         return
-    typed = [(text.find(":", first, last) + 1, last) for first, last in parts]
-    for first, last in (*typed, (start, end)):
+    yield from _in_stretches(text, [*_typed_stretches(text, parts), result], types)
+
+
+def names_of_parameters(text: str, types: Collection[str]) -> Iterator[NameMention]:
+    """The names in the types of a signature without a result."""
+    try:
+        parts, _ = parameter_parts(text)
+    except ExprError:
+        return
+    yield from _in_stretches(text, _typed_stretches(text, parts), types)
+
+
+def _typed_stretches(text: str, parts: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """The spans of the types of parameters."""
+    return ((text.find(":", first, last) + 1, last) for first, last in parts)
+
+
+def _in_stretches(
+    text: str, stretches: Iterable[tuple[int, int]], types: Collection[str]
+) -> Iterator[NameMention]:
+    for first, last in stretches:
         for found in names_of_type(text[first:last], types):
             yield NameMention(found.kind, found.name, found.start + first, found.end + first)
 
@@ -500,7 +549,12 @@ def names_of_interface(text: str, types: Collection[str]) -> Iterator[NameMentio
             yield from _in_type(item, types)
 
 
-_READ = {"type": names_of_type, "signature": names_of_signature, "interface": names_of_interface}
+_READ = {
+    "type": names_of_type,
+    "signature": names_of_signature,
+    "parameters": names_of_parameters,
+    "interface": names_of_interface,
+}
 
 
 def _tree(text: str) -> ast.expr | None:

@@ -74,6 +74,35 @@ def pose(p_m: Floats, quaternion_xyzw: Floats) -> PoseRows:
     )
 
 
+def rotation(axis: Floats, angle_rad: float) -> PoseRows:
+    """X_AB with one origin, B turned about an axis in A, which is normalised here (Rodrigues).
+
+    Raises:
+        ValueError: the axis is zero.
+    """
+    largest = max(map(abs, axis))
+    if largest == 0.0:
+        raise ValueError("an axis of length zero has no direction")
+    x, y, z = (component / largest for component in axis)
+    length = math.hypot(x, y, z)
+    x, y, z = x / length, y / length, z / length
+    s, c = math.sin(angle_rad), math.cos(angle_rad)
+    v = 1 - c
+    return _rows(
+        (c + v * x * x, v * x * y - s * z, v * x * z + s * y, 0.0),
+        (v * x * y + s * z, c + v * y * y, v * y * z - s * x, 0.0),
+        (v * x * z - s * y, v * y * z + s * x, c + v * z * z, 0.0),
+    )
+
+
+def rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> PoseRows:
+    """X_AB with one origin, B turned about the fixed axes x, y and z of A, in this order."""
+    about_x = rotation((1.0, 0.0, 0.0), roll_rad)
+    about_y = rotation((0.0, 1.0, 0.0), pitch_rad)
+    about_z = rotation((0.0, 0.0, 1.0), yaw_rad)
+    return compose(about_z, compose(about_y, about_x))
+
+
 def near(a: Any, b: Any, tolerance: float, rotation_rad: float | None = None) -> bool:
     """Numbers and vectors by their largest component, poses by distance and angle."""
     if rotation_rad is not None:

@@ -204,7 +204,8 @@ class Writer:
 
         Outputs come before memory, so that no assignment reads a new value.
         """
-        parameters = tuple(self._parameter(term, activity) for term in parameter_terms)
+        terms = *activity.parameters, *parameter_terms
+        parameters = tuple(self._parameter(term, activity) for term in terms)
         self.assign(self._shared_parts(work.value for work in activity.computations))
         values = [term for term, code in self.nodes.known.items() if code.rank != PRIMARY]
         before, after = memory_order(activity.computations, values)
@@ -221,7 +222,8 @@ class Writer:
 
     def _parameter(self, term: Term, activity: Activity) -> str:
         annotation = self.module.annotations.of(term.type)
-        if term in activity.must_evaluate:
+        is_value = term in activity.parameters and term not in activity.deferred
+        if is_value or term in activity.must_evaluate:
             self.nodes.known[term] = Emitted(self.local(term))
             return f"{self.local(term)}: {annotation}"
         name = self.local(term, "get_")
@@ -248,6 +250,8 @@ def _with_let_trace(line: str, term: Term) -> str:
 
 def _local_hint(term: Term) -> str:
     match term.node:
+        case e.ParameterRef(name=name):
+            return name
         case e.Call(operator=operator):
             return e.source_name(operator).lower()
         case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
@@ -388,7 +392,7 @@ class CycleWriter(Writer):
             self._set_modes(run.sets)
         if run.activity.computations:
             self.assign(run.always_needed)
-            arguments = []
+            arguments = self._given(run)
             for term in run.arguments:
                 if term not in run.always_needed:
                     self.defer(term)
@@ -410,9 +414,24 @@ class CycleWriter(Writer):
             self.nodes.used_buffers.add("memory")
             self.write(f"memory.{self.module.memory[name]} = {self.emit(value)}")
 
+    def _given(self, run: BehaviourRun) -> list[str]:
+        """The arguments for the parameters that a behaviour declares."""
+        activity, texts = run.activity, []
+        pairs = list(zip(activity.parameters, run.given, strict=True))
+        values = [given for parameter, given in pairs if parameter not in activity.deferred]
+        self.assign(self._shared_parts(values))
+        for parameter, given in pairs:
+            self.nodes.name_hint = f"{activity.behaviour.name}_{_local_hint(parameter)}"
+            text = self.emit(given)
+            texts.append(f"lambda: {text}" if parameter in activity.deferred else text)
+        return texts
+
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:
-    return with_trace(line, condition.trace or trace, condition.name)
+    """A line with the name of a condition; that of one in a call goes without the arguments."""
+    called, _, arguments = condition.name.partition("(")
+    name = called + arguments.rpartition(")")[2]
+    return with_trace(line, condition.trace or trace, name)
 
 
 # The methods of a generated class: step, first period, one for each state and each behaviour.
@@ -428,7 +447,8 @@ class Methods:
         self._module = module
         self._table = table
         flows = Flows(subsystem, table, proofs)
-        self._activities = flows.activities
+        self._calls = flows.activities
+        self._activities = {a.behaviour.name: a for a in flows.activities.values()}
         self._first = flows.first_period()
         self._flows = {state.name: flows.state_flow(state.name) for state in subsystem.states}
         self.clocked = frozenset(s.name for s in subsystem.states if self._reads_clock(s.name))
@@ -477,7 +497,8 @@ class Methods:
 
     def _reads_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
-        terms = [work.value for work in self._activities[behaviour.name].computations]
+        terms = [work.value for work in self._calls[behaviour.name].computations]
+        terms += [self._table.of(argument) for argument in behaviour.arguments]
         terms += [self._table.of(condition.when) for _, condition in behaviour.endings]
         rows = [r for cause in behaviour.causes for r in self._subsystem.rows(state, cause)]
         terms += [self._table.of(row.condition.when) for _, row in rows]

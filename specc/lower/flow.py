@@ -7,10 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from specc.lower.terms import NONE, Term, TermSet, TermTable, by_order, unevaluated
-from specc.model.expr import Choice, Logic, Quantifier, Truth
-from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
+from specc.model.expr import Choice, Logic, MemoryRef, Quantifier, Truth
+from specc.model.fsm import (
+    Assignment,
+    Behaviour,
+    Cause,
+    Condition,
+    Function,
+    Transition,
+)
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
+from specc.reachable import grouped
 
 # What must be evaluated in any case, and may therefore be computed early.
 #
@@ -77,13 +85,19 @@ class Computation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Activity:
-    """What a behaviour computes: `computations` in their order, outputs before memory."""
+    """What a behaviour computes: `computations` in their order, outputs before memory.
+
+    All calls of a behaviour with parameters have one activity, that of the behaviour as declared.
+    """
 
     behaviour: Behaviour
     computations: tuple[Computation, ...]
 
     must_evaluate: TermSet
     """Terms that it evaluates in any case."""
+    parameters: tuple[Term, ...] = ()
+    deferred: TermSet = NONE
+    """Parameters that it may not need, and whose arguments may fail: it gets functions for them."""
 
 
 @dataclass(eq=False, slots=True)
@@ -97,8 +111,10 @@ class BehaviourRun:
     """Whether the state is entered now, so that its clock starts."""
     is_same_state: bool = False
     """Whether it was already the state of the period before."""
+    given: tuple[Term, ...] = ()
+    """The values of the parameters that the behaviour declares."""
     arguments: tuple[Term, ...] = ()
-    """Terms that the behaviour takes as arguments."""
+    """Terms that the behaviour takes as further arguments."""
     sets: tuple[tuple[str, Term], ...] = ()
     """Memory of modes and the values that it gets before the behaviour runs."""
     updates: tuple[Computation, ...] = ()
@@ -120,7 +136,7 @@ class BehaviourRun:
     @property
     def evaluated_terms(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        return self.arguments
+        return *self.given, *self.arguments
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -166,7 +182,7 @@ class Rows:
     @property
     def evaluated_terms(self) -> tuple[Term, ...]:
         """What is evaluated, as often as it stands somewhere."""
-        arguments = (term for row in self.rows for term in row.enter.arguments)
+        arguments = (term for row in self.rows for term in row.enter.evaluated_terms)
         return (*(row.test for row in self.tested), *arguments)
 
 
@@ -208,7 +224,14 @@ class Flows:
         self._proofs = proofs
         types = {("", item.name): item.type for item in subsystem.memory}
         types |= {key: element.type for key, element in subsystem.outputs.items()}
-        self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
+        self.activities: dict[str, Activity] = {}
+        """By the names of behaviours; calls of one with parameters share one."""
+        calls = grouped(
+            ((b.generic.part if b.generic else b).name, b) for b in subsystem.behaviours
+        )
+        for same in calls.values():
+            activity = _activity(same, table, types)
+            self.activities |= {behaviour.name: activity for behaviour in same}
 
     def first_period(self) -> BehaviourRun:
         """Build the first period: the behaviour of the initial state, no conditions."""
@@ -256,6 +279,7 @@ class Flows:
             row,
             is_entry,
             is_same_state,
+            self._table.arguments_of(target.behaviour),
             sets=tuple((name, self._table.of(value)) for name, value in sets),
             updates=tuple(
                 Computation(own, item, self._table.of(item.value)) for item in own.assignments
@@ -288,8 +312,12 @@ def _feasible_rows(rows: list[FlowRow]) -> list[FlowRow]:
 
 
 def _activity(
-    behaviour: Behaviour, table: TermTable, types: dict[tuple[str, str], Type]
+    calls: list[Behaviour], table: TermTable, types: dict[tuple[str, str], Type]
 ) -> Activity:
+    """What one behaviour computes, or what all `calls` of one with parameters do."""
+    behaviour, parameters = calls[0], table.parameters_of(calls[0])
+    if behaviour.generic and isinstance(behaviour.generic.part, Behaviour):
+        behaviour = behaviour.generic.part
     works = [
         Computation(function, item, table.of(item.value, types.get((item.peer, item.name))))
         for function in behaviour.functions
@@ -297,4 +325,14 @@ def _activity(
     ]
     needed = must_evaluate((work.value for work in works), ())
     in_sequence = tuple(sorted(works, key=lambda work: not work.assignment.peer))
-    return Activity(behaviour, in_sequence, needed)
+    deferred = set[Term]()
+    for parameter, *given in zip(parameters, *map(table.arguments_of, calls), strict=True):
+        if parameter not in needed and not all(map(_cannot_fail, given)):
+            deferred.add(parameter)
+            # It is evaluated where the behaviour asks for it.
+            parameter.memory = parameter.memory.union(*(argument.memory for argument in given))
+    return Activity(behaviour, in_sequence, needed, parameters, frozenset(deferred))
+
+
+def _cannot_fail(term: Term) -> bool:
+    return term.is_invariant or isinstance(term.node, MemoryRef)

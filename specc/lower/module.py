@@ -250,7 +250,10 @@ class Module:
             self.state_methods = {
                 s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
             }
-            self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
+            names = dict.fromkeys(
+                (b.generic.part if b.generic else b).name for b in part.behaviours
+            )
+            self.behaviour_methods = {name: f"_{methods.new(name)}" for name in names}
             self.condition_methods = {
                 error.name: f"_{methods.new(error.name)}"
                 for mode in part.modes

@@ -15,10 +15,11 @@ from specc.lang.evaluate import range_of_parts
 from specc.lang.ranges import Range
 from specc.lang.values import SIGNS
 from specc.model import expr as e
+from specc.model.fsm import Behaviour
 from specc.model.system import Device, Let, Subsystem, System
 from specc.model.types import Bool, Enum, Int, ListOf, PartialOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import SECOND
-from specc.reachable import reachable
+from specc.reachable import grouped, reachable
 
 TermSet = frozenset["Term"]
 NONE: TermSet = frozenset()
@@ -93,7 +94,7 @@ class Term:
         self.is_costly = not (self.bound or self.is_invariant) and _is_costly(
             node, self.maybe_evaluated
         )
-        if self.is_costly:
+        if self.is_costly or isinstance(node, e.ParameterRef):
             self.mark_worth_local()
 
     @property
@@ -277,6 +278,30 @@ class TermTable:
             return self._intern(e.Builtin(e.FLOAT, (term.node,), type=as_type), (term,))
         return term
 
+    def arguments_of(self, call: Behaviour) -> tuple[Term, ...]:
+        """What the call of a behaviour gives to its parameters."""
+        parameters = call.generic.parameters if call.generic else ()
+        pairs = zip(call.arguments, parameters, strict=True)
+        return tuple(self.of(argument, parameter.type) for argument, parameter in pairs)
+
+    def parameters_of(self, call: Behaviour) -> tuple[Term, ...]:
+        """The parameters of a behaviour that is called."""
+        parameters = call.generic.parameters if call.generic else ()
+        return tuple(self.of(e.ParameterRef(p.name, type=p.type)) for p in parameters)
+
+    def bound_parameters(self, behaviours: Iterable[Behaviour]) -> None:
+        """Let parameters be as large as their arguments.
+
+        One term stands for all parameters of one name and type.
+        """
+        pairs = (
+            pair
+            for call in behaviours
+            for pair in zip(self.parameters_of(call), self.arguments_of(call), strict=True)
+        )
+        for parameter, arguments in grouped(pairs).items():
+            parameter.range = ranges.union(*(argument.range for argument in arguments))
+
     def _unchecked(self, node: e.Expr) -> Term:
         """Intern an expression whose last result is not checked to be finite.
 
@@ -401,7 +426,9 @@ def term_table(system: System, part: Subsystem | Device, computed: Collection[st
         return TermTable((), computed, (), constants, parameters)
     constants["period"] = e.Number(float(1 / part.rate_hz), type=Real(SECOND))
     invariant = (item.name for item in part.memory if item.name not in part.changing_memory)
-    return TermTable(part.lets, computed, invariant, constants, parameters)
+    table = TermTable(part.lets, computed, invariant, constants, parameters)
+    table.bound_parameters(part.behaviours)
+    return table
 
 
 def _payload(node: e.Expr) -> object:

@@ -113,6 +113,13 @@ class FileRef(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ParameterRef(Node):
+    """A parameter of a behaviour or function, where that is declared: calls have its argument."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class BoundVariable(Node):
     """The variable of a quantifier."""
 
@@ -172,7 +179,14 @@ class Builtin(Node):
 
 LENGTH, JOINED, REST, NEAR, FLOAT, FINITE = "len", "joined", "rest", "near", "float", "finite"
 """Functions that the compiler calls itself."""
-FRAMELESS = IDENTITY, TRANSLATION, POSE = "identity", "translation", "pose"
+INVERSE = "inverse"
+FRAMELESS = IDENTITY, TRANSLATION, ROTATION, RPY, POSE = (
+    "identity",
+    "translation",
+    "rotation",
+    "rpy",
+    "pose",
+)
 """Functions whose result is a pose in the frames of its place."""
 
 
@@ -297,9 +311,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Lag | Call | Builtin
-    | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items | FieldOf
-    | Component | Quantifier | Unknown
+    | ConstantRef | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag | Call
+    | Builtin | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items
+    | FieldOf | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

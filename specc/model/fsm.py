@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Literal
 
 from specc.model.expr import Expr
+from specc.model.types import Type
 from specc.source import Place
 
 
@@ -74,10 +75,43 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a behaviour or function; `place` is its name in the signature."""
+
+    name: str
+    type: Type
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Generic:
+    """A behaviour or function with parameters, as it is declared: `ParameterRef` stands in `part`.
+
+    Each call of it is a part of its own, which has arguments in their place.
+    """
+
+    part: Behaviour | Function
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """The conditions that end it, if it is a behaviour."""
+        part = self.part
+        return tuple(c for _, c in part.endings) if isinstance(part, Behaviour) else ()
+
+    @property
+    def exprs(self) -> list[tuple[Place, Expr]]:
+        """All expressions in it, each with the place of what it is the value of."""
+        values = [(item.place, item.value) for item in self.part.assignments]
+        return values + [(end.place, end.when) for end in self.conditions]
+
+
+@dataclass(frozen=True, slots=True)
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
-    It is not complete if a target of it is not known.
+    It is not complete if a target of it is not known. A call of a `generic` one has its arguments
+    in its name.
     """
 
     name: str
@@ -86,6 +120,7 @@ class Function:
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +129,7 @@ class Behaviour:
 
     Within a subsystem the name identifies what a behaviour does. In a state its `errors` begin with
     those of the modes around the state. It is not `is_complete` if a function or target of it is
-    not known.
+    not known. A call of a `generic` one has its `arguments` in its name, too.
     """
 
     name: str
@@ -106,6 +141,8 @@ class Behaviour:
     trace: Trace
     place: Place
     is_complete: bool = True
+    generic: Generic | None = None
+    arguments: tuple[Expr, ...] = ()
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
     @property

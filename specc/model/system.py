@@ -15,6 +15,7 @@ from specc.model.fsm import (
     Cause,
     Condition,
     Function,
+    Generic,
     Mode,
     State,
     Trace,
@@ -243,6 +244,8 @@ class Subsystem:
     """A mode comes before those inside it."""
     idle_rows: tuple[Place, ...] = ()
     """Rows with the cause `error` in states whose error conditions all have rows by name."""
+    generics: tuple[Generic, ...] = ()
+    """The behaviours and functions with parameters, as they are declared."""
 
     @property
     def qualified_name(self) -> str:
@@ -480,4 +483,5 @@ def _declared_types(system: System) -> Iterator[Type]:
         yield from (element.type for port in subsystem.ports for element in port.elements)
         yield from (item.type for item in subsystem.memory)
         yield from (let.value.type for let in subsystem.lets)
+        yield from (p.type for generic in subsystem.generics for p in generic.parameters)
         yield from (constant.value.type for constant in subsystem.constants)

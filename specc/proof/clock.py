@@ -44,6 +44,14 @@ MOST_STEPS = 50_000
 
 ELAPSED = Clock("elapsed", type=Real(SECOND))
 
+
+def asks_entry(expr: Expr) -> bool:
+    """Whether it asks for the first period in a state or mode: no condition is evaluated there."""
+    if isinstance(expr, MemoryRef):
+        return expr.name.startswith("entered(")
+    return isinstance(expr, Clock) and expr.name == "entered"
+
+
 Timing = Literal["", "followed", "not followed"]
 """Whether the time in a state is asked for, and whether proofs follow what is computed from it."""
 

@@ -22,7 +22,6 @@ from specc.model.expr import (
     Binary,
     Builtin,
     Choice,
-    Clock,
     Compare,
     Expr,
     Fresh,
@@ -37,7 +36,7 @@ from specc.model.expr import (
     Unary,
 )
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Type, Vector
-from specc.proof.clock import Timer, TurningPoints
+from specc.proof.clock import Timer, TurningPoints, asks_entry
 from specc.proof.formula import (
     Arrival,
     Atom,
@@ -146,7 +145,7 @@ class Translator:
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
             case Present(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "present", expr)
-            case Clock(name="entered") if self._numbering.period_s is not None:
+            case _ if asks_entry(expr) and self._numbering.period_s is not None:
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
@@ -259,6 +258,15 @@ class Translator:
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
+        if parts is not None and y is not None:
+            # The same quantity as a comparison of both, so that tables relate its thresholds.
+            known = (self._numbering.constant_number(part, bound) for part in parts)
+            one, other = (self._numbering.number(part, bound) for part in parts)
+            if one != other and all(number is None for number in known):
+                if one > other:  # a rounded difference only changes its sign
+                    one, other, op, y = other, one, MIRRORED[op], -y
+                comparison, holds = _QUESTIONS[op]
+                return Quantity("difference", (one, other), False, None), (comparison, y), holds
         whole = isinstance(left.type, Int)
         if y is not None and isinstance(left, Builtin) and FUNCTIONS[left.name].is_size:
             apart = self._subtracted(self._resolve(left.args[0]))

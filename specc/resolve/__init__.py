@@ -16,7 +16,7 @@ from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
-from specc.resolve.agents import AgentResolver
+from specc.resolve.agents import AgentResolver, OpenAgent
 from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.elements import check_interfaces
@@ -190,11 +190,11 @@ def _agents(
         for group, of in library.groups.items()
     }
     definitions.places |= places
-    found = [
-        resolver.resolve(name, item, file.top["agents"][name], setting)
+    opened = [
+        resolver.open(name, item, file.top["agents"][name], setting)
         for name, item in file.spec.agents.items()
     ]
-    return tuple(a for a in found if a is not None), resolver
+    return tuple(resolver.close(agent) for agent in opened if agent is not None), resolver
 
 
 _NEEDS_USER = ("E04", "E05", "O04", "O05", "O0601", "W04", "W05")
@@ -285,13 +285,15 @@ def _described(
     resolver = AgentResolver(library, findings, ("", *peers))
     nobody = Agent("", "", "", (), (), top.key)
     if spec.agent is not None:
-        return resolver.resolve("", spec.agent, top["agent"], setting) or nobody, resolver
+        agent = resolver.open("", spec.agent, top["agent"], setting)
+        return resolver.close(agent) if agent is not None else nobody, resolver
     if spec.subsystem is None:
         return nobody, resolver
     around = AgentDef()
     ends = {peer: f"{peer}.c" for peer in peers}
     where = top["subsystem"]
-    subsystem = resolver.resolve_subsystem(
+    subsystem = resolver.open_subsystem(
         "", "c", "control", around, spec.subsystem, where, ends, setting
     )
-    return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver
+    alone = OpenAgent("", "", "", (subsystem,) if subsystem else (), (), top.key)
+    return resolver.close(alone), resolver

@@ -7,12 +7,19 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
-from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
-from specc.resolve.buffers import resolve_buffers
+from specc.model.system import Agent, Device, DeviceKind, Port, Subsystem, SubsystemKind
+from specc.resolve.buffers import resolve_memory, resolve_ports
 from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Groups
 from specc.resolve.elements import all_elements, with_safe
-from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
+from specc.resolve.ends import (
+    Neighbours,
+    WrittenBuffer,
+    WrittenBuffers,
+    peers_of_control,
+    peers_of_virtual,
+    with_other_elements,
+)
 from specc.resolve.expansion import NAME, groups_of, with_device_buffers, with_machine, with_members
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
@@ -21,14 +28,64 @@ from specc.resolve.modes import Target
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
 from specc.schema.files import AgentDef
 from specc.schema.subsystem import SubsystemDef
+from specc.source import Place
 
 _Control = tuple[SubsystemDef, YamlNode, Setting]
 """A control subsystem, where it is described, and the names in force there."""
 
 
+@dataclass(frozen=True, slots=True)
+class OpenSubsystem:
+    """A subsystem whose ports are known, but for the elements of those that are `same`.
+
+    `levels` has it and the descriptions that it uses, the outermost first; `definition` is the
+    last of them. `found` are the findings about it so far.
+    """
+
+    agent: str
+    name: str
+    kind: SubsystemKind
+    levels: list[tuple[SubsystemDef, YamlNode]]
+    inside: Setting
+    definition: SubsystemDef
+    where: YamlNode
+    rate: Fraction | None
+    budget_s: Fraction | None
+    ports: tuple[Port, ...]
+    expressions: Expressions
+    found: tuple[Diagnostic, ...]
+    has_suppressed: bool
+
+    @property
+    def qualified_name(self) -> str:
+        return f"{self.agent}.{self.name}"
+
+    def buffer(self, port: Port) -> WrittenBuffer:
+        """What the file has for a port."""
+        buffers = self.definition.x if port.direction == "x" else self.definition.y
+        at = self.where[port.direction][port.peer]
+        return WrittenBuffer(buffers[port.peer], at, self.inside.definitions)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenAgent:
+    """An agent some of whose subsystems wait for the elements of other ends."""
+
+    name: str
+    kind: str
+    title: str
+    subsystems: tuple[Subsystem | OpenSubsystem, ...]
+    devices: tuple[Device, ...]
+    place: Place
+
+
 @dataclass(eq=False, slots=True)
 class AgentResolver:
-    """Resolves the agents of a system. `instances` collects the definitions of reused files."""
+    """Resolves the agents of a system, in two steps: an end that is `same` has the elements of its
+    other end, so the buffers of all agents come first.
+
+    `instances` collects the definitions of reused files, `written` all buffers.
+    """
 
     library: Library
     findings: Findings
@@ -36,15 +93,24 @@ class AgentResolver:
     broken: set[str] = field(default_factory=set)
     faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
+    written: WrittenBuffers = field(default_factory=dict)
 
-    def resolve(
+    def close(self, agent: OpenAgent) -> Agent:
+        """The agent, after all agents have been opened."""
+        subsystems = tuple(
+            self._close(each) if isinstance(each, OpenSubsystem) else each
+            for each in agent.subsystems
+        )
+        return Agent(agent.name, agent.kind, agent.title, subsystems, agent.devices, agent.place)
+
+    def open(
         self,
         name: str,
         definition: AgentDef,
         where: YamlNode,
         at: Setting,
         instead: _Control | None = None,
-    ) -> Agent | None:
+    ) -> OpenAgent | None:
         """The agent, or None if the file that it uses cannot be used.
 
         `instead` takes the place of its control subsystem.
@@ -64,11 +130,11 @@ class AgentResolver:
             virtual = groups_of(definition.virtual_effectors, where["virtual_effectors"])
             virtual |= groups_of(definition.virtual_receptors, where["virtual_receptors"])
             part = control, here, peers, replace(inside, groups=virtual)
-            subsystems.append(self.resolve_subsystem(name, "c", "control", definition, *part))
+            subsystems.append(self.open_subsystem(name, "c", "control", definition, *part))
         subsystems += self._virtual(name, definition, where, at)
         devices = tuple(self._devices(name, definition, where, at))
         found = tuple(s for s in subsystems if s is not None)
-        return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
+        return OpenAgent(name, definition.kind or "", definition.title, found, devices, where.key)
 
     def _reused(
         self,
@@ -77,7 +143,7 @@ class AgentResolver:
         where: YamlNode,
         at: Setting,
         control: _Control | None,
-    ) -> Agent | None:
+    ) -> OpenAgent | None:
         """The agent of a description or of another system, with its own control or another."""
         used = reuse(definition, where, at, self.library, name)
         inner, here = agent_in(used.file, name) if used else (None, where)
@@ -90,7 +156,7 @@ class AgentResolver:
         self.instances.append(used.definitions)
         if control is None and definition.control is not None:
             control = definition.control, where["control"], at
-        agent = self.resolve(name, inner, here, used, control)
+        agent = self.open(name, inner, here, used, control)
         if agent is None:
             return None
         kind = definition.kind or ("" if control else agent.kind)
@@ -98,7 +164,7 @@ class AgentResolver:
 
     def _virtual(
         self, agent: str, around: AgentDef, where: YamlNode, at: Setting
-    ) -> Iterator[Subsystem | None]:
+    ) -> Iterator[Subsystem | OpenSubsystem | None]:
         kinds: tuple[SubsystemKind, ...] = ("virtual_effector", "virtual_receptor")
         known = at.definitions.interfaces
         for kind in kinds:
@@ -106,9 +172,9 @@ class AgentResolver:
                 peers = peers_of_virtual(agent, name, kind, definition, around)
                 part = definition, where[f"{kind}s"][name]
                 whole = with_device_buffers(*part, kind, name, around, where, known, self.findings)
-                yield self.resolve_subsystem(agent, name, kind, around, *whole, peers, at)
+                yield self.open_subsystem(agent, name, kind, around, *whole, peers, at)
 
-    def resolve_subsystem(
+    def open_subsystem(
         self,
         agent: str,
         name: str,
@@ -118,15 +184,14 @@ class AgentResolver:
         where: YamlNode,
         peers: Mapping[str, str],
         at: Setting,
-    ) -> Subsystem | None:
-        """Resolve one subsystem.
+    ) -> Subsystem | OpenSubsystem | None:
+        """Resolve one subsystem, as far as that is possible without the others.
 
         It is marked as `broken` or `faulty` if it has errors, and None if a file that it uses
         cannot be used.
         """
         findings = self.findings
-        before, suppressed = len(findings.diagnostics), findings.suppressed
-        repeated = len(findings.repeated)
+        before = self._count()
         at = indexed(at, definition.each, where, self.findings)
         levels, inside = self._use_chain(f"{agent}.{name}", definition, where, at)
         if inside is None:
@@ -135,8 +200,6 @@ class AgentResolver:
         described, here, groups = with_members(
             *levels[-1], self._groups(kind, agent, at.groups, inside.definitions)
         )
-        interfaces = inside.definitions.interfaces
-        described, here = with_machine(described, here, interfaces, self.findings)
         device_user, at_uses = _first_with(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
             peers = peers_of_virtual(agent, name, kind, device_user, agent_def)
@@ -161,33 +224,74 @@ class AgentResolver:
             rate = rate_of(timed.rate, at_rate["rate"], findings)
         budget_s = duration_in(*_first_with(levels, "budget"), "budget", findings)
         expressions = Expressions(findings, inside.definitions, home=here, groups=groups)
-        ports, memory, lets, scope = resolve_buffers(described, here, peers, expressions)
+        ports = resolve_ports(described, here, peers, expressions)
+        opened = OpenSubsystem(
+            agent, name, kind, levels, inside, described, here, rate, budget_s, ports, expressions,
+            *self._since(before),
+        )  # fmt: skip
+        waits = False
+        for port in ports:
+            buffer = opened.buffer(port)
+            waits |= buffer.is_same
+            if port.other_end:
+                key = opened.qualified_name, port.direction, port.other_end
+                self.written.setdefault(key, buffer)
+        return opened if waits else self._close(opened)
+
+    def _count(self) -> tuple[int, int, int]:
+        """How much has been found until now."""
+        found = self.findings
+        return len(found.diagnostics), len(found.repeated), found.suppressed
+
+    def _since(self, before: tuple[int, int, int]) -> tuple[tuple[Diagnostic, ...], bool]:
+        """The findings since then, and whether others only follow from some."""
+        found, (first, repeated, suppressed) = self.findings, before
+        new = *found.diagnostics[first:], *found.repeated[repeated:]
+        return new, found.suppressed > suppressed
+
+    def _close(self, part: OpenSubsystem) -> Subsystem:
+        """Resolve the rest of a subsystem, with the elements of its buffers."""
+        before, name, expressions = self._count(), part.qualified_name, part.expressions
+        ports = tuple(
+            with_other_elements(port, name, buffer, self.written, expressions)
+            if (buffer := part.buffer(port)).is_same
+            else port
+            for port in part.ports
+        )
+        others = {p.peer: [e.name for e in p.elements] for p in ports if p.direction == "y"}
+        interfaces = part.inside.definitions.interfaces
+        described, here = with_machine(
+            part.definition, part.where, interfaces, others, self.findings
+        )
+        expressions.home = here
+        memory, lets, scope = resolve_memory(described, here, ports, expressions)
         machine = MachineResolver(
-            described, here, scope, ports, memory, lets, rate or Fraction(1), expressions
+            described, here, scope, ports, memory, lets, part.rate or Fraction(1), expressions
         )
         machine_parts = machine.resolve()
         resolved = Subsystem(
-            agent=agent,
-            name=name,
-            kind=kind,
-            title=next((level.title for level, _ in levels if level.title), ""),
-            rate_hz=rate or Fraction(1),
+            agent=part.agent,
+            name=part.name,
+            kind=part.kind,
+            title=next((level.title for level, _ in part.levels if level.title), ""),
+            rate_hz=part.rate or Fraction(1),
             ports=tuple(port for port in ports if port.other_end),
-            constants=inside.parameters,
+            constants=part.inside.parameters,
             **machine_parts,
             initial_state=self._initial_state(machine, here),
             trace=trace_of(described),
-            place=where.key,
-            outside=inside.definitions.outside(),
-            has_rate=rate is not None,
+            place=part.levels[0][1].key,
+            outside=part.inside.definitions.outside(),
+            has_rate=part.rate is not None,
             has_initial_state=bool(machine.initial_state),
-            budget_s=budget_s,
+            budget_s=part.budget_s,
         )
-        found = [*findings.diagnostics[before:], *findings.repeated[repeated:]]
+        late, has_suppressed = self._since(before)
+        found = (*part.found, *late)
         if found:
             inner = all(_leaves_interface_known(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
-        elif findings.suppressed > suppressed:
+        elif part.has_suppressed or has_suppressed:
             self.faulty.add(resolved.qualified_name)
         return resolved
 
@@ -261,6 +365,9 @@ class AgentResolver:
                 trace, silence = trace_of(item), duration_in(item, here, "silence", self.findings)
                 parts = item.title, x, y, trace, here.key, inside.parameters, silence
                 device = Device(agent, name, kind, *parts)
+                key, known = device.qualified_name, inside.definitions
+                self.written[key, "x", ""] = WrittenBuffer(item.x, here["x"], known)
+                self.written[key, "y", ""] = WrittenBuffer(item.y, here["y"], known)
                 for found, buffer, shared in ((x, item.x, commands), (y, item.y, reports)):
                     if len(found) < len(buffer.elements) or (buffer.interface and not shared):
                         self.broken.add(device.qualified_name)

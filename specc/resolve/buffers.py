@@ -14,6 +14,7 @@ from specc.model.system import Let, Memory, Port
 from specc.resolve.context import YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.elements import all_elements
+from specc.resolve.ends import WrittenBuffer
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.subsystem import BufferDef, SubsystemDef
@@ -22,14 +23,38 @@ DEEPEST_LET = 100
 """Longest chain of lets that depend on each other; nobody reads more, and passes recurse."""
 
 
-def resolve_buffers(
+def resolve_ports(
     definition: SubsystemDef, where: YamlNode, ends: Mapping[str, str], expressions: Expressions
-) -> tuple[tuple[Port, ...], tuple[Memory, ...], tuple[Let, ...], Scope]:
-    """Ports, memory and lets of a subsystem, and the scope that they make.
+) -> tuple[Port, ...]:
+    """The ports of a subsystem; those that are `same` have no elements yet.
 
     `ends` has the name of the other end for each peer that is known.
     """
-    ports = _ports(definition, where, ends, expressions)
+    ports = []
+    sides: tuple[Literal["x", "y"], ...] = ("x", "y")
+    for side in sides:
+        buffers: Mapping[str, BufferDef] = getattr(definition, side)
+        for peer, buffer in buffers.items():
+            at = where[side][peer]
+            if WrittenBuffer(buffer, at, expressions.definitions).is_same:
+                ports.append(Port(peer, side, (), ends.get(peer, ""), at.key))
+                continue
+            found, shared = all_elements(buffer, at, side, expressions)
+            is_unknown = buffer.interface is not None and not shared
+            if is_unknown or (buffer.elements and not found):
+                expressions.broken.add(peer)
+            if is_unknown:
+                expressions.unresolved.add(f"{side}.{peer}")
+            if peer not in ends:
+                expressions.unresolved |= {f"{side}.{end}" for end in nearest(peer, ends)}
+            ports.append(Port(peer, side, found, ends.get(peer, ""), at.key, shared))
+    return tuple(ports)
+
+
+def resolve_memory(
+    definition: SubsystemDef, where: YamlNode, ports: tuple[Port, ...], expressions: Expressions
+) -> tuple[tuple[Memory, ...], tuple[Let, ...], Scope]:
+    """Memory and lets of a subsystem, and the scope that they make with its ports."""
     inputs = {
         (port.peer, element.name): Declaration(element.type, element.place)
         for port in ports
@@ -51,7 +76,7 @@ def resolve_buffers(
     modes = definition.modes.keys()
     inside = replace(known, memory=clear, uninitialized=(), allow_clock=True, modes=modes)
     found, scope = _lets(definition, where["let"], inside, expressions)
-    return ports, resolved, found, scope
+    return resolved, found, scope
 
 
 def _is_unambiguous(name: str, expressions: Expressions) -> bool:
@@ -64,27 +89,6 @@ def _without_broken(scope: Scope, broken: Collection[str]) -> Scope:
     constants = {name: known for name, known in scope.constants.items() if name not in broken}
     files = {name: known for name, known in scope.files.items() if name not in broken}
     return replace(scope, constants=constants, files=files)
-
-
-def _ports(
-    definition: SubsystemDef, where: YamlNode, ends: Mapping[str, str], expressions: Expressions
-) -> tuple[Port, ...]:
-    ports = []
-    sides: tuple[Literal["x", "y"], ...] = ("x", "y")
-    for side in sides:
-        buffers: Mapping[str, BufferDef] = getattr(definition, side)
-        for peer, buffer in buffers.items():
-            at = where[side][peer]
-            found, shared = all_elements(buffer, at, side, expressions)
-            is_unknown = buffer.interface is not None and not shared
-            if is_unknown or (buffer.elements and not found):
-                expressions.broken.add(peer)
-            if is_unknown:
-                expressions.unresolved.add(f"{side}.{peer}")
-            if peer not in ends:
-                expressions.unresolved |= {f"{side}.{end}" for end in nearest(peer, ends)}
-            ports.append(Port(peer, side, found, ends.get(peer, ""), at.key, shared))
-    return tuple(ports)
 
 
 def _memory(

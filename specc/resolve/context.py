@@ -81,7 +81,7 @@ class TypeText:
     """The text of a type, of a signature or of an interface with its arguments, in its scope."""
 
     where: YamlNode
-    form: Literal["type", "signature", "interface"]
+    form: Literal["type", "signature", "parameters", "interface"]
     text: str
     names: TypeNames
     places: Mapping[str, Place]
@@ -132,10 +132,11 @@ class Findings:
         part: Literal["key", "value"] = "value",
         start: int | None = None,
         end: int | None = None,
+        type: Type | None = None,
     ) -> None:
         """Record that a value at or below a place, a key or a part of it names a definition."""
         if of is not None:
-            self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of))
+            self.uses.append(Use(Place(at.file, (*at.route, *below), part, start, end), of, type))
 
     def report(
         self,

@@ -8,8 +8,9 @@ from typing import Literal
 
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, TYPE_WORDS, Declaration, ExprError, parse_interface
-from specc.lang.types import MakeType
+from specc.lang.types import SAME, MakeType
 from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.fsm import Trace
 from specc.model.system import Element, InterfaceRef, SafeOutput
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
@@ -18,7 +19,7 @@ from specc.resolve.definitions import Definitions, Interface
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import BufferDef, ElementDef, InputDef, ReceivedDef
+from specc.schema.subsystem import BufferDef, ElementDef, InputBufferDef, InputDef, ReceivedDef
 
 
 def resolve_elements(
@@ -27,25 +28,28 @@ def resolve_elements(
     """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
     found = []
     for name, definition in elements.items():
-        at = where[name]
-        type_ = expressions.type(at["type"], definition.type)
+        type_ = expressions.type(where[name]["type"], definition.type)
         if type_ is None:
             expressions.broken.add(name)
-            continue
-        init = None
-        if definition.init is not None:
-            scope = replace(
-                constant_scope(expressions.definitions),
-                uninitialized=expressions.uninitialized_names,
-            )
-            init = expressions.value(at["init"], definition.init, scope, type_, at.key)
-        trace = trace_of(definition)
-        is_received = isinstance(definition, ReceivedDef)
-        age = duration_in(definition, at, "max_age", expressions.findings) if is_received else None
-        event = isinstance(definition, InputDef) and definition.event
-        title = definition.title
-        found.append(Element(name, type_, init, title, trace, at.key, age, event=event))
+        else:
+            found.append(_element(name, type_, definition, where[name], expressions))
     return tuple(found)
+
+
+def _element(
+    name: str, type_: Type, definition: ElementDef, at: YamlNode, expressions: Expressions
+) -> Element:
+    init = None
+    if definition.init is not None:
+        scope = replace(
+            constant_scope(expressions.definitions), uninitialized=expressions.uninitialized_names
+        )
+        init = expressions.value(at["init"], definition.init, scope, type_, at.key)
+    trace = trace_of(definition)
+    is_received = isinstance(definition, ReceivedDef)
+    age = duration_in(definition, at, "max_age", expressions.findings) if is_received else None
+    event = isinstance(definition, InputDef) and definition.event
+    return Element(name, type_, init, definition.title, trace, at.key, age, event=event)
 
 
 # What a device gets when a run ends: an expression over what the device reported last.
@@ -124,22 +128,66 @@ def all_elements(
     buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], InterfaceRef | None]:
     """The elements of a buffer: those of its interface, if it is known, and its own."""
-    found = resolve_elements(buffer.elements, at, expressions)
-    if buffer.interface is None:
-        return found, None
-    used = _elements_of(buffer.interface, at["is"], expressions)
-    if used is None:
+    found = resolve_elements(buffer.own, at, expressions)
+    untyped = [name for name in buffer.elements if name not in buffer.own]
+    used = None
+    if buffer.interface is not None:
+        used = _elements_of(buffer.interface, at["is"], expressions)
+    else:
+        for name in untyped:
+            message = f"missing key `type` in `{'.'.join(map(str, at[name].route))}`"
+            expressions.findings.report("E0102", message, at[name].key, help="add `type: ...`")
+    if buffer.interface is None or used is None:
+        expressions.broken.update(untyped)
         return found, None
     interface, shared = used
-    if direction == "y":
-        shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
-    first = {element.name: element.place for element in shared}
-    for element in (element for element in found if element.name in first):
-        message = f"the interface has an element `{element.name}` already"
-        related = (Related(first[element.name], "first defined here"),)
+    ref = InterfaceRef(buffer.interface, interface.where.key)
+    return extended(as_read(shared, direction), found, buffer, at, expressions), ref
+
+
+def as_read(elements: tuple[Element, ...], direction: Literal["x", "y"]) -> tuple[Element, ...]:
+    """Elements of both ends, as they are at the one that reads them or at the other one."""
+    if direction == "x":
+        return elements
+    return tuple(replace(e, init=None, max_age_s=None, event=False) for e in elements)
+
+
+def extended(
+    given: tuple[Element, ...],
+    own: tuple[Element, ...],
+    buffer: BufferDef,
+    at: YamlNode,
+    expressions: Expressions,
+) -> tuple[Element, ...]:
+    """The elements that `is` gives to a buffer, with what it says of some, and its own ones."""
+    findings = expressions.findings
+    known = {element.name: element for element in given}
+    for element in (element for element in own if element.name in known):
+        giver = "other end" if buffer.interface == SAME else "interface"
+        message = f"the {giver} has an element `{element.name}` already"
+        related = (Related(known[element.name].place, "first defined here"),)
         help = "delete or rename one of the two"
-        expressions.findings.report("E0205", message, element.place, related=related, help=help)
-    return (*shared, *found), InterfaceRef(buffer.interface, interface.where.key)
+        if isinstance(buffer, InputBufferDef):
+            help = "delete its `type` to say more of that one, or rename it"
+        findings.report("E0205", message, element.place, related=related, help=help)
+    for name, item in buffer.elements.items():
+        if name in buffer.own:
+            continue
+        if name not in known:
+            findings.unknown("E0201", "element", name, known, at[name].key)
+            expressions.broken.add(name)
+            continue
+        old = known[name]
+        new = _element(name, old.type, item, at[name], expressions)
+        known[name] = replace(
+            new,
+            init=old.init if item.init is None else new.init,
+            title=new.title or old.title,
+            trace=old.trace if new.trace == Trace() else new.trace,
+            max_age_s=old.max_age_s if new.max_age_s is None else new.max_age_s,
+            event=new.event if "event" in item.given_keys else old.event,
+        )
+    return (*known.values(), *own)
 
 
 def _elements_of(
@@ -148,6 +196,10 @@ def _elements_of(
     """The interface that a buffer names at `where` and its elements, or None after reporting."""
     definitions, findings = expressions.definitions, expressions.findings
     known = definitions.interfaces
+    if text == SAME and SAME not in known:
+        message = f"`{SAME}` is for the subsystem at the other end: a device has its elements here"
+        findings.report("E0104", message, where.place, help="write them: `{name: type}`")
+        return None
     names = definitions.names()
     findings.types.append(TypeText(where, "interface", text, names, definitions.places))
     takes = {n: (i.definition.frames, i.definition.types) for n, i in known.items()}

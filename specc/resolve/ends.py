@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from specc.model.system import SubsystemKind
+from specc.diagnostics import Related
+from specc.lang.types import SAME
+from specc.model.system import InterfaceRef, Port, SubsystemKind
+from specc.model.wires import Direction
 from specc.resolve.context import Findings, YamlNode
+from specc.resolve.definitions import Definitions
+from specc.resolve.elements import all_elements, as_read, extended, resolve_elements
+from specc.resolve.expressions import Expressions
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, DeviceDef
+from specc.schema.subsystem import BufferDef
 from specc.source import Place
 
 # Which subsystem or device is at the other end of every buffer (2.1).
@@ -163,3 +170,67 @@ class Neighbours:
                 "name them under `uses:`",
             )
         return None
+
+
+# Ends that are `same`: their elements are written at the other end.
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenBuffer:
+    """A buffer as a file has it, `at` its place, and the names in force there."""
+
+    definition: BufferDef
+    at: YamlNode
+    definitions: Definitions
+
+    @property
+    def is_same(self) -> bool:
+        """Whether its elements are those of its other end; an interface may have that name."""
+        return self.definition.interface == SAME and SAME not in self.definitions.interfaces
+
+
+WrittenBuffers = dict[tuple[str, Direction, str], WrittenBuffer]
+"""By the qualified name of the owner, the direction and the name of the other end, which is empty
+for devices: these have one buffer for all.
+"""
+
+
+def with_other_elements(
+    port: Port,
+    name: str,
+    here: WrittenBuffer,
+    written: Mapping[tuple[str, Direction, str], WrittenBuffer],
+    expressions: Expressions,
+) -> Port:
+    """A port of the subsystem `name` that is `same`, with the elements of its other end."""
+    side, end = port.direction, port.other_end
+    far: Direction = "y" if side == "x" else "x"
+    there = written.get((end, far, name)) or written.get((end, far, ""))
+    own = resolve_elements(here.definition.own, here.at, expressions)
+    if there is not None and not there.is_same:
+        scratch = Findings()
+        found, _ = all_elements(
+            there.definition, there.at, side, Expressions(scratch, there.definitions)
+        )
+        if found and not scratch.diagnostics:
+            given = as_read(found, side)
+            elements = extended(given, own, here.definition, here.at, expressions)
+            return replace(port, elements=elements, interface=InterfaceRef(SAME, there.at.key))
+        if not scratch.diagnostics:
+            message = f"the other end has no elements, so `{SAME}` gives none"
+            help = "write them there, or delete both ends"
+            _report_ends("E0404", message, port, there, help, expressions.findings)
+    elif there is not None and side == "x" and (end, far, name) in written:
+        message = f"both ends are `{SAME}`: each has the elements of the other"
+        help = "write the elements at one of the two ends: `{name: type}`"
+        _report_ends("E0206", message, port, there, help, expressions.findings)
+    expressions.broken |= {port.peer, *here.definition.elements}
+    expressions.unresolved.add(f"{side}.{port.peer}")
+    return replace(port, elements=own)
+
+
+def _report_ends(
+    code: str, message: str, port: Port, there: WrittenBuffer, help: str, findings: Findings
+) -> None:
+    related = (Related(there.at.key, "the other end"),)
+    findings.report(code, message, port.place, related=related, help=help)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from specc.lang import ExprError, Members, parse_syntax
@@ -158,13 +158,15 @@ def _mirrored_buffer(buffer: BufferDef, reported: Collection[str] | None) -> Buf
     """A copy of a device's buffer for the subsystem that passes it on.
 
     With `reported`, the names that the device reports, it is an input with safe initial values;
-    with None, it is an output.
+    with None, it is an output, whose initial values are for an other end that is `same`.
     """
     is_input = reported is not None
     kind = InputDef if is_input else ElementDef
     elements = {
         name: kind.model_construct(
-            type=item.type, title=item.title, init=_safe(item, reported or ()) if is_input else None
+            type=item.type,
+            title=item.title,
+            init=_safe(item, reported or ()) if is_input else item.init,
         )
         for name, item in buffer.elements.items()
     }
@@ -198,9 +200,13 @@ def with_machine(
     definition: SubsystemDef,
     where: YamlNode,
     interfaces: Mapping[str, Interface],
+    others: Mapping[str, Iterable[str]],
     findings: Findings,
 ) -> tuple[SubsystemDef, YamlNode]:
-    """Expand `through` to the machine that it stands for."""
+    """Expand `through` to the machine that it stands for.
+
+    `others` has the elements of outputs that are written at their other ends.
+    """
     through, here = definition.through, where[NAME]
     if through is None:
         return definition, where
@@ -213,7 +219,7 @@ def with_machine(
     for peer, buffer in definition.y.items() if through.rule else ():
         sources = [other for other in definition.x if (other == "c") != (peer == "c")]
         if len(sources) == 1:
-            names = _names(buffer, interfaces)
+            names = others.get(peer) or _names(buffer, interfaces)
             passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
     parts: dict[str, Any] = {
         "functions": passed,

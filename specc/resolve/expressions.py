@@ -29,6 +29,7 @@ from specc.lang import (
     parse,
     parse_type,
 )
+from specc.lang.calls import names_of_parameters
 from specc.limits import spend_or_raise
 from specc.model.expr import Expr, constant_names, has_unknown
 from specc.model.system import Constant
@@ -201,6 +202,15 @@ class Expressions:
         known |= not self.unresolved.isdisjoint((named_buffer, named_buffer.rpartition(".")[0]))
         # Of many peers an expression says `r.element`, and all of them have one buffer.
         known |= error.code == "E0230" and any(name.startswith("x.") for name in self.unresolved)
+        called = next((what for what in _CALLED if named in self._own_names(f"{what}s")), None)
+        if called and error.message.startswith(("unknown operator", "operator")):
+            help = _CALLED[called].format(named)
+            message = f"`{named}` is a {called}, which no expression calls"
+            error = ExprError(message, error.start, error.end, help, "E0201")
+        if error.code in ("E0201", "O0205") and (owner := self._owner_of_parameter(named)):
+            message = f"`{named}` is a parameter of {owner}, which has no value here"
+            help = "write the expression in place there, or pass the value on as an argument"
+            error = ExprError(message, error.start, error.end, help, "E0201")
         if error.code.startswith(("E02", "O02")) and known:
             self.findings.suppressed += 1
             return
@@ -213,6 +223,16 @@ class Expressions:
     def uninitialized_names(self) -> frozenset[str]:
         """The names of memory and lets, which have no value while initial values are computed."""
         return frozenset(name for key in _LATER for name in self._own_names(key))
+
+    def _owner_of_parameter(self, name: str) -> str:
+        """The behaviour or function with a parameter of that name; empty if there is none."""
+        home = self.home.mapping if self.home else {}
+        for what in _CALLED:
+            for owner, part in (home.get(f"{what}s") or {}).items():
+                signature = part.get("signature") if isinstance(part, dict) else None
+                if name in names_of_parameters(str(signature or "")):
+                    return f"{what} `{owner}`"
+        return ""
 
     def _own_names(self, key: str) -> Collection[str]:
         """The names in a mapping of the subsystem."""
@@ -245,6 +265,11 @@ class Expressions:
         return Place(home.file, (*home.route, *steps)) if home else None
 
 
+_CALLED = {
+    "function": "behaviours call it, in their lists: `functions: [{}(...)]`",
+    "behaviour": "states call it: `S0: {}(...)`",
+}
+"""What has parameters and no value, and who calls it."""
 _LATER = {"memory": "a memory element", "let": "a let"}
 _ELEMENT = re.compile(r"\bx(?:\s*\.\s*\w+){1,2}$")
 # A Fraction of `1e999999999` is computed digit by digit.

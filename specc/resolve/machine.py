@@ -28,6 +28,7 @@ from specc.model.fsm import (
     Condition,
     ConditionKind,
     Function,
+    Generic,
     Mode,
     State,
     Trace,
@@ -36,6 +37,7 @@ from specc.model.fsm import (
 from specc.model.system import Element, Let, Memory, Port
 from specc.model.types import Bool
 from specc.reachable import grouped
+from specc.resolve.calls import Generics, with_parameters
 from specc.resolve.context import Findings, YamlNode, trace_of, unknown_at
 from specc.resolve.definitions import inlined
 from specc.resolve.expansion import targets_of
@@ -83,6 +85,7 @@ class MachineResolver:
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
+    _generics: Generics = field(init=False)
     tree: ModeTree = field(init=False)
 
     @property
@@ -94,6 +97,7 @@ class MachineResolver:
 
     def __post_init__(self) -> None:
         self._findings = self.expressions.findings
+        self._generics = Generics(self.definition, self.where, self.scope, self.expressions)
         outputs = [(p.peer, e) for p in self.ports if p.direction == "y" for e in p.elements]
         self._targets = {item.name: ("", item.name, item) for item in self.memory}
         self._outputs = {f"y.{peer}.{e.name}": (peer, e.name, e) for peer, e in outputs}
@@ -112,12 +116,25 @@ class MachineResolver:
         for kind in kinds:
             for name, item in getattr(self.definition.conditions, kind).items():
                 at = self.where["conditions"][kind][name]
-                self._conditions[kind, name] = self._declared(kind, name, item, at)
+                self._conditions[kind, name] = self._declared(kind, name, item, at, self.scope)
         for name, function in self.definition.functions.items():
-            self._functions[name] = self._function(name, function, self.where["functions"][name])
+            at = self.where["functions"][name]
+            if function.signature is None:
+                self._functions[name] = self._function(name, function, at, self.scope)
+            elif parameters := self._generics.parameters("function", name, function.signature, at):
+                part = self._function(name, function, at, with_parameters(self.scope, parameters))
+                self._generics.known["function", name] = Generic(part, parameters)
         for name, behaviour in self.definition.behaviours.items():
             at = self.where["behaviours"][name]
-            self._behaviours[name] = self._behaviour(name, behaviour, at)
+            if behaviour.signature is None:
+                self._behaviours[name] = self._behaviour(name, behaviour, at, self.scope)
+                self._add_parts(self._behaviours[name])
+            elif parameters := self._generics.parameters(
+                "behaviour", name, behaviour.signature, at
+            ):
+                scope = with_parameters(self.scope, parameters)
+                whole = self._behaviour(name, behaviour, at, scope)
+                self._generics.known["behaviour", name] = Generic(whole, parameters)
         errors = {name: self._mode_errors(name) for name in self.definition.modes}
         states = self._states(errors)
         table = FlatTable(self.tree, {state.name: _names(state.behaviour) for state in states})
@@ -129,6 +146,7 @@ class MachineResolver:
             "conditions": tuple(self._conditions.values()),
             "functions": tuple(self._functions.values()),
             "behaviours": tuple(self._behaviours.values()),
+            "generics": tuple(filter(None, self._generics.known.values())),
             "states": tuple([_in_modes(state, memory) for state in states]),
             "modes": self._modes(errors),
             "lets": (*memory.lets(self.rate_hz), *self.lets),
@@ -137,6 +155,19 @@ class MachineResolver:
             "idle_rows": tuple(self.where["transitions"][index].place for index in table.idle),
             "axioms": self._axioms(),
         }
+
+    def _add_parts(self, behaviour: Behaviour) -> None:
+        """Add what is a part of the subsystem as part of this behaviour: what stands in place."""
+        for function in behaviour.functions:
+            self._functions.setdefault(function.name, function)
+        errors = [error for _, error in behaviour.errors]
+        self._add_conditions(behaviour.name, [behaviour.terminal, *errors])
+
+    def _add_conditions(self, owner: str, conditions: Sequence[Condition]) -> None:
+        """Add the conditions that stand in place in a behaviour or mode."""
+        for condition in conditions:
+            if condition.name.startswith(f"{owner}."):
+                self._conditions[condition.kind, condition.name] = condition
 
     def _mode_errors(self, mode: str) -> NamedErrors:
         item, at = self.definition.modes[mode].error, self.where["modes"][mode]["error"]
@@ -147,22 +178,22 @@ class MachineResolver:
             help = "give it one: `error: {name: ...}`"
             self._findings.report("E0604", message, at.place, help=help)
             return ()
-        return self._errors(mode, item, at)
+        errors = self._errors(mode, item, at, self.scope)
+        self._add_conditions(mode, [error for _, error in errors])
+        return errors
 
-    def _errors(self, owner: str, given: ErrorDef, at: YamlNode) -> NamedErrors:
+    def _errors(self, owner: str, given: ErrorDef, at: YamlNode, scope: Scope) -> NamedErrors:
         """The error conditions of a behaviour or mode, in order; "" names one without a name."""
         found: list[tuple[str, Condition]] = []
         if given.condition is not None or not given.named:
             name = given.condition or ""
-            found.append((name, self._ending("error", owner, given, at)))
+            found.append((name, self._ending("error", owner, given, at, scope)))
         for name, item in given.named.items():
             if name in ("error", "terminal"):
                 message = f"an error condition cannot be called `{name}`"
                 help = "rows name all of them by `error`: choose another name"
                 self._findings.report("E0221", message, at[name].key, help=help)
-            full = f"{owner}.{name}"
-            self._conditions["error", full] = self._declared("error", full, item, at[name])
-            found.append((name, self._conditions["error", full]))
+            found.append((name, self._declared("error", f"{owner}.{name}", item, at[name], scope)))
         return tuple(found)
 
     def _modes(self, errors: Mapping[str, NamedErrors]) -> tuple[Mode, ...]:
@@ -185,10 +216,10 @@ class MachineResolver:
         )
 
     def _declared(
-        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode
+        self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode, scope: Scope
     ) -> Condition:
         if item.when is not None:
-            when = self.expressions.condition(at["when"], item.when, self.scope)
+            when = self.expressions.condition(at["when"], item.when, scope)
         else:
             when = None
             message = f"nothing says when {kind} condition `{name}` holds"
@@ -214,9 +245,9 @@ class MachineResolver:
             self._findings.unknown("E0201", f"{kind} condition", name, names, where.place)
         return _unknown_condition(name, kind, where, where)
 
-    def _function(self, name: str, item: FunctionDef, at: YamlNode) -> Function:
+    def _function(self, name: str, item: FunctionDef, at: YamlNode, scope: Scope) -> Function:
         assignments = [
-            self._assignment(target, value, at[named])
+            self._assignment(target, value, at[named], scope)
             for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
         ]
@@ -232,12 +263,14 @@ class MachineResolver:
         whole = bool(found) and len(found) == len(assignments)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
-    def _assignment(self, target: str, item: AssignmentDef, at: YamlNode) -> Assignment | None:
+    def _assignment(
+        self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
+    ) -> Assignment | None:
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
             self._no_target(target, at)
-        indices, scope = self.expressions.indexed(item.each, at, self.scope)
+        indices, scope = self.expressions.indexed(item.each, at, scope)
         if found is None:
             self.expressions.inside(at["is"], item.value, scope)
             return None
@@ -262,25 +295,26 @@ class MachineResolver:
             case _ if target not in self.expressions.broken:
                 self._findings.unknown("E0201", "memory target", target, self._targets, at.key)
 
-    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode) -> Behaviour:
-        used = [self._used(name, index, used, at) for index, used in enumerate(item.functions)]
+    def _behaviour(self, name: str, item: BehaviourDef, at: YamlNode, scope: Scope) -> Behaviour:
+        each = enumerate(item.functions)
+        used = [self._used(name, index, used, at, scope) for index, used in each]
         functions = tuple(function for function in used if function)
         terminal = at["terminal"]
         if item.terminal is not None:
-            end = self._ending("terminal", name, item.terminal, terminal)
+            end = self._ending("terminal", name, item.terminal, terminal, scope)
         else:
             message = f"nothing says when behaviour `{name}` ends"
             self._open(
                 "O0606", message, at, "add `terminal:` with a condition, `always` or `never`"
             )
             end = _unknown_condition(name, "terminal", terminal, at)
-        errors = self._errors(name, item.error or _NO_ERROR, at["error"])
+        errors = self._errors(name, item.error or _NO_ERROR, at["error"], scope)
         is_complete = len(functions) == len(used) and all(f.is_complete for f in functions)
         trace = trace_of(item)
         return Behaviour(name, functions, end, errors, item.title, trace, at.key, is_complete)
 
     def _used(
-        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode
+        self, behaviour: str, index: int, used: UsedFunctionDef, inside: YamlNode, scope: Scope
     ) -> Function | None:
         """Resolve a function of a behaviour, by name or inline."""
         known = self.definition.functions
@@ -290,35 +324,40 @@ class MachineResolver:
             return found
         at = inside["functions"][index]
         if used.function is None:
-            name = f"{behaviour}.functions[{index}]"
-            self._functions[name] = self._function(name, used, at)
-            return self._functions[name]
+            return self._function(f"{behaviour}.functions[{index}]", used, at, scope)
         if used.targets:
             message = f"`{used.function}` is declared, so it has its targets there"
             hint = "make two items of the list: the name, and the function that stands in place"
             self._findings.report("E0104", message, at.place, help=hint)
-        if used.function not in known:
-            place = at["function"].place
-            self._findings.unknown("E0201", "function", used.function, known, place)
+        where = at["function"]
+        if "(" in used.function:
+            call = self._generics.called("function", where, used.function, scope)
+            # Calls with equal arguments are one function.
+            return self._functions.get(call.name, call) if isinstance(call, Function) else None
+        self._generics.report_bare("function", used.function, where)
         self._findings.use(found.place if found else None, at, "function")
         return found
 
     def _ending(
-        self, kind: ConditionKind, behaviour: str, given: TerminalDef | ErrorDef, at: YamlNode
+        self,
+        kind: ConditionKind,
+        behaviour: str,
+        given: TerminalDef | ErrorDef,
+        at: YamlNode,
+        scope: Scope,
     ) -> Condition:
         """Resolve a behaviour's condition, named or inline."""
         name = f"{behaviour}.{kind}" if given.condition is None else given.condition
         if given.condition is None:
-            self._conditions[kind, name] = self._declared(kind, name, given, at)
-        elif given.when is not None:
+            return self._declared(kind, name, given, at, scope)
+        if given.when is not None:
             message = f"`{name}` has its expression where it is declared"
             hint = "write the name alone, or leave it out"
             self._findings.report("E0104", message, at.place, help=hint)
         known = self._conditions.get((kind, name))
         if known is None:
             return self._undeclared(kind, name, at["condition"] if at.raw else at)
-        if given.condition is not None:
-            self._findings.use(known.place, at["condition"])
+        self._findings.use(known.place, at["condition"])
         return known
 
     def _states(self, mode_errors: Mapping[str, NamedErrors]) -> list[State]:
@@ -329,9 +368,11 @@ class MachineResolver:
         for name, item in self.definition.states.items():
             at = where[name]
             behaviour = self._behaviours.get(item.behaviour or "")
-            if behaviour is None:
+            if behaviour is None and "(" in (item.behaviour or ""):
+                behaviour = self._run(item.behaviour or "", at)
+            elif behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
-            else:
+            elif behaviour.place != at.key:  # it does not stand in the state
                 self._findings.use(behaviour.place, at, "behaviour")
             events = self._elements(item.ignores, at["ignores"], self._events, "E0201", "event")
             outputs = self._elements(item.holds, at["holds"], self._outputs, "E0201", "output")
@@ -369,18 +410,23 @@ class MachineResolver:
                     self._findings.unknown(code, what, name, known, at.place)
         return tuple(found)
 
+    def _run(self, text: str, at: YamlNode) -> Behaviour:
+        """The behaviour that a state calls; states with equal calls have one behaviour."""
+        found = self._generics.called("behaviour", at["behaviour"], text, self.scope)
+        if not isinstance(found, Behaviour):
+            return _lost_behaviour(text, at)
+        if found.name not in self._behaviours:
+            self._behaviours[found.name] = found
+            self._add_parts(found)
+        return self._behaviours[found.name]
+
     def _unknown_behaviour(self, state: str, name: str | None, at: YamlNode) -> Behaviour:
-        known = self._behaviours
         if name is None:
             message = f"state `{state}` has no behaviour yet"
             self._open("O0607", message, at, "add `behaviour:`, the name of one")
-        elif known:
-            self._findings.unknown("E0201", "behaviour", name, known, at["behaviour"].place)
-        called = name or state
-        terminal = _unknown_condition(called, "terminal", at["terminal"], at)
-        error = _unknown_condition(called, "error", at["error"], at)
-        errors = (("", error),)
-        return Behaviour(called, (), terminal, errors, "", Trace(), at.place, is_complete=False)
+        elif self.definition.behaviours:
+            self._generics.report_bare("behaviour", name, at["behaviour"])
+        return _lost_behaviour(name or state, at)
 
     def _transitions(self, memory: ModeMemory) -> tuple[Transition, ...]:
         table, conditions = self.where["transitions"], dict[int, tuple[Condition, bool]]()
@@ -480,6 +526,13 @@ _FIXED: dict[ConditionKind, dict[str, Expr]] = {
 
 def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
+
+
+def _lost_behaviour(name: str, at: YamlNode) -> Behaviour:
+    """A behaviour of which nothing is known but its name."""
+    terminal = _unknown_condition(name, "terminal", at["terminal"], at)
+    errors = (("", _unknown_condition(name, "error", at["error"], at)),)
+    return Behaviour(name, (), terminal, errors, "", Trace(), at.place, is_complete=False)
 
 
 def _unknown_condition(name: str, kind: ConditionKind, where: YamlNode, at: YamlNode) -> Condition:

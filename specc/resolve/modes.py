@@ -290,7 +290,7 @@ class FlatTable:
             findings.report("E0221", message, place, help="choose another name")
         resuming = [row for row in rows if row.resumes == mode]
         before = self._reached_before_leaving(mode, rows)
-        if not any(row.source in before for row in resuming):
+        if left and not any(row.source in before for row in resuming):
             return tuple(left)
         if not resuming[0].target:
             message = f"mode `{mode}` may be resumed before it was left, and has no `initial`"

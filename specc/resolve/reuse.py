@@ -278,7 +278,7 @@ def _uses(where: YamlNode, name: str, types: Collection[str]) -> Iterator[YamlNo
     if isinstance(where.raw, str):
         role = role_of(where.route)
         form = role.form if role is not None else ""
-        if form == "type" or form == "signature" or form == "interface":
+        if form in ("type", "signature", "parameters", "interface"):
             named = names_of(form, where.raw, types)
             if any(n.kind == "size" and n.name == name for n in named):
                 yield where

@@ -99,6 +99,9 @@ class _Text:
                 if self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
+            case m.ParameterRef(name=name) if name in self.meaning.scope.parameters:
+                parameter = self.meaning.scope.parameters[name]
+                yield from self._use(start, end, parameter.place, expr.type)
             case m.BoundVariable():
                 yield from self._use(start, end, variables.get(expr.name), expr.type)
             case m.Member(type=Enum() as enum) if self._stands(expr.name, start):
@@ -142,7 +145,7 @@ class _Text:
             in_literal = any(first <= start < last for first, last in hidden)
             if not (name in RESERVED or name in variables or behind_dot or in_literal):
                 called = text[end:].lstrip().startswith("(")
-                kinds = ("operator",) if called else ("memory", "let", "constant", "file")
+                kinds = ("operator",) if called else _OF_VALUES
                 known = (self._defined(kind, name) for kind in kinds)
                 yield from self._use(start, end, next(filter(None, known), None))
 
@@ -155,6 +158,9 @@ class _Text:
     def _defined(self, kind: str, name: str) -> Place | None:
         """Where what has a name of its own is defined."""
         scope, where = self.meaning.scope, self.meaning.where
+        if kind == "parameter":
+            parameter = scope.parameters.get(name)
+            return parameter.place if parameter else None
         if kind in ("memory", "let"):
             declared = (scope.memory if kind == "memory" else scope.lets).get(name)
             return declared.place if declared else declared_at(self.meaning.home, kind, name)
@@ -186,6 +192,7 @@ class _Text:
         return Place(where.file, (*split_at_part(where.route)[0], "x", peer), "key")
 
 
+_OF_VALUES = "parameter", "memory", "let", "constant", "file"
 _KINDS = {
     m.MemoryRef: "memory",
     m.LetRef: "let",

@@ -1,10 +1,15 @@
-"""Short ways to write parts, written out before anything is read: `for`, short forms, rows.
+"""Short ways to write parts, written out before anything is read: `for`, short forms, rows,
+`through` of devices.
 
 A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
 arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. A text in place of a mapping becomes the
-mapping, and so does a row of a table; a single item becomes a list. All that is made knows the
+mapping, and so does a row of a table; a single item becomes a list. A behaviour that stands in its
+state becomes a declared one with the name of the state. All that is made knows the
 route of the text that it comes from. In expressions blanks fill the room of the braces, so that
 columns stay right.
+
+A device that says `through: 50 Hz` gets a virtual effector or receptor of its name that passes
+everything on, and both ends at the control subsystem, where these are not written.
 """
 
 from __future__ import annotations
@@ -12,22 +17,24 @@ from __future__ import annotations
 import ast
 import operator
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from itertools import product
 from keyword import iskeyword
 from typing import Any
 
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_syntax
 from specc.lang.parse import names_in
+from specc.lang.types import SAME
 from specc.limits import MAX_COPIES, MAX_VALUES
-from specc.schema.files import SpecFile
-from specc.schema.keys import ListKind, SpecModel, Text, ValueKind, is_model
+from specc.schema.files import AgentDef, SpecFile
+from specc.schema.keys import ListKind, SpecModel, Text, Traced, ValueKind, is_model
 from specc.schema.places import SchemaNode
+from specc.schema.subsystem import BehaviourDef, SubsystemDef
 from specc.source import Place, Route
 
-FOR = "for"
+FOR, THROUGH = "for", "through"
 Indices = Mapping[str, int]
 
 
@@ -81,6 +88,25 @@ def _in_full(kind: ValueKind | None, value: Any, route: Route) -> Any:
     return value
 
 
+def _mapping_in(part: Mapping[Any, Any], key: str) -> dict[Any, Any]:
+    """The mapping at a key; empty if there is none."""
+    found = part.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _with(part: Mapping[Any, Any], key: str, value: Any, at: Route | None = None) -> Desugared:
+    """A mapping with another value, which stands at a route of its own or below the mapping."""
+    routes = part.routes if isinstance(part, Desugared) else {}
+    return Desugared({**part, key: value}, routes if at is None else {**routes, key: at})
+
+
+def _with_entry(
+    part: Mapping[Any, Any], key: str, name: Any, value: Any, at: Route | None = None
+) -> Desugared:
+    """A mapping with one more entry in the mapping at a key."""
+    return _with(part, key, _with(_mapping_in(part, key), name, value, at))
+
+
 class _TooManyError(Exception):
     """Message and route: more values than are read."""
 
@@ -113,8 +139,11 @@ class _Desugaring:
             message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
             raise _TooManyError(message, route[:2])
         value = _in_full(node.kind, value, route)
+        if node.kind is AgentDef and isinstance(value, dict):
+            value = self._with_passed_devices(value, route)
         if isinstance(value, dict):
-            return self._mapping(node, value, route, indices)
+            full = self._mapping(node, value, route, indices)
+            return self._with_named_behaviours(full, route) if node.kind is SubsystemDef else full
         if isinstance(value, SingleItem):
             return SingleItem(self.desugared(node.below(0), value[0], route, indices), route)
         if isinstance(value, list):
@@ -131,13 +160,43 @@ class _Desugaring:
             return self._substituted(value, indices, route, padded=form in _EXPRESSIONS)
         return value
 
+    def _with_passed_devices(self, agent: dict[Any, Any], route: Route) -> dict[Any, Any]:
+        """An agent with what `through` of its devices stands for."""
+        for word in ("effector", "receptor"):
+            key, virtual = f"real_{word}s", f"virtual_{word}s"
+            for name, device in _mapping_in(agent, key).items():
+                at = *route, key, name
+                if not isinstance(device, dict) or THROUGH not in device:
+                    continue
+                if name in _mapping_in(agent, virtual):
+                    words = (
+                        f"`{name}` is defined twice: `{THROUGH}` of the device makes one as well"
+                    )
+                    help = f"delete `{THROUGH}` of the device, or this one"
+                    self.report("E0205", words, (*route, virtual, name), help, is_key=True)
+                    continue
+                part = {"rate": device[THROUGH], THROUGH: "identity"}
+                routes = dict.fromkeys(part, (*at, THROUGH))
+                part |= {each: device[each] for each in (FOR, "title") if each in device}
+                agent = _with_entry(agent, virtual, name, Desugared(part, routes), at)
+                control = agent.get("control")
+                if not isinstance(control, dict) or "use" in control:
+                    continue
+                is_many = FOR in device and _BRACES.search(str(name))
+                end = {FOR: device[FOR], "is": SAME} if is_many else SAME
+                for side, far in (("x", "y"), ("y", "x")):
+                    if device.get(far) and name not in _mapping_in(control, side):
+                        control = _with_entry(control, side, name, end)
+                agent = _with(agent, "control", control)
+        return agent
+
     def _mapping(
         self, node: SchemaNode, value: dict[Any, Any], route: Route, indices: Indices
     ) -> Any:
         copied: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
-            inner = node.below(key)
+            inner = node.below(key, one)
             at = route_below(value, key, route)
             kind = inner.kind
             is_single = isinstance(kind, ListKind) and type(one) in kind.form.single
@@ -160,6 +219,38 @@ class _Desugaring:
                 if at != (*route, name):
                     routes[name] = at
         return Desugared(copied, routes) if routes else copied
+
+    def _with_named_behaviours(self, subsystem: Any, route: Route) -> Any:
+        """Give each behaviour that stands in a state the name of the state."""
+        written = subsystem.get("states")
+        states = written if isinstance(written, dict) else {}
+        has_own = [name for name, state in states.items() if _IN_PLACE & _keys(state)]
+        if not has_own:
+            return subsystem
+        declared = subsystem.get("behaviours", {})
+        behaviours, found = _copy(declared), _copy(states)
+        for name in has_own:
+            state, at = states[name], route_below(states, name, (*route, "states"))
+            if "behaviour" in state:
+                self.report("E0104", _TWO_BEHAVIOURS, (*at, "behaviour"), _ONE_BEHAVIOUR, True)
+                continue
+            if name in _keys(declared):
+                message = f"behaviour `{name}` is defined twice: a state of this name has its own"
+                first = route_below(declared, name, (*route, "behaviours"))
+                related = (Related(Place(self.file, first, "key"), "first defined here"),)
+                place = Place(self.file, at, "key")
+                help = "rename the state or the declared behaviour, or write `behaviour:` here"
+                self.findings.append(Diagnostic("E0205", message, place, "", related, help))
+                continue
+            own = {key: value for key, value in state.items() if key in _OF_BEHAVIOUR}
+            rest = {key: value for key, value in state.items() if key not in _IN_PLACE}
+            routes = state.routes if isinstance(state, Desugared) else {}
+            behaviours[name] = Desugared(own, routes)
+            behaviours.routes[name] = at
+            found[name] = Desugared(rest | {"behaviour": name}, routes | {"behaviour": at})
+        full = _copy(subsystem)
+        full |= {"behaviours": behaviours, "states": found}
+        return full
 
     def _copies(
         self, node: SchemaNode, name: str, value: dict[Any, Any], at: Route, around: Indices
@@ -256,6 +347,24 @@ class _Desugaring:
         """Report a fault."""
         place = Place(self.file, route, "key" if is_key else "value")
         self.findings.append(Diagnostic(code, words, place, help=help))
+
+
+_OF_BEHAVIOUR = BehaviourDef.keys.keys()
+_IN_PLACE = _OF_BEHAVIOUR - Traced.keys.keys()
+_TWO_BEHAVIOURS = "the state has a behaviour of its own already"
+_ONE_BEHAVIOUR = (
+    "delete `behaviour`, or declare what stands here under `behaviours:` and write its name"
+)
+
+
+def _keys(value: object) -> Set[Any]:
+    return value.keys() if isinstance(value, dict) else frozenset()
+
+
+def _copy(value: object) -> Desugared:
+    """A mapping that may be changed; an empty one for anything else."""
+    routes = value.routes if isinstance(value, Desugared) else {}
+    return Desugared(value if isinstance(value, dict) else {}, routes)
 
 
 _ARITHMETIC = "indices take `+`, `-`, `*`, `//` and `%`"

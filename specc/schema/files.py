@@ -83,6 +83,10 @@ class DeviceDef(Traced, first="for title eq table fig"):
     x: CommandBufferDef = key(CommandBufferDef, "What the device accepts.", step="buffers")
     y: BufferDef = key(BufferDef, "What the device reports.", step="buffers")
     silence: SilenceText | None = None
+    through: RateText | None = key(
+        None,
+        "Rate of a virtual effector or receptor of its name that passes everything on: `50 Hz`.",
+    )
 
 
 class AgentDef(

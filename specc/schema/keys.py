@@ -40,6 +40,7 @@ RoleForm = Literal[
     "type",
     "interface",
     "signature",
+    "parameters",
     "name",
     "task",
     "argument",
@@ -258,6 +259,14 @@ class SpecModel(BaseModel):
         return frozenset(key.name for key in self.keys.values() if key.attribute in given)
 
     @classmethod
+    def is_key(cls, name: Any, value: Any = None) -> bool:
+        """Whether a name of a mapping, with some value if that is known, is a key of it.
+
+        Others are names that people choose.
+        """
+        return name in cls.keys and name != OTHERS
+
+    @classmethod
     def with_others(cls, value: Any) -> Any:
         """A mapping with the names that people choose below `OTHERS`."""
         if OTHERS not in cls.keys or not isinstance(value, dict):
@@ -267,7 +276,7 @@ class SpecModel(BaseModel):
         # With a mapping below it, `is` is a name that somebody chose.
         chosen = "is" if cls.short == "is" and isinstance(value.get("is"), dict) else OTHERS
         for name, one in value.items():
-            known = name in cls.keys and name not in (chosen, OTHERS)
+            known = name != chosen and cls.is_key(name, one)
             (own if known else others)[name] = one
         return own | {OTHERS: others}
 
@@ -417,8 +426,8 @@ InterfaceText = Annotated[
     str,
     Text(
         Role("interface"),
-        "An interface, with its frames and types: `Report` or `Report[W]`.",
-        examples=("Report", "Report[W]"),
+        "An interface, with its frames and types: `Report` or `Report[W]`; or `same`.",
+        examples=("Report", "Report[W]", "same"),
     ),
 ]
 RangeText = Annotated[
@@ -470,6 +479,14 @@ MessageName = Annotated[
 PythonPath = Annotated[
     str,
     Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_path_fault),
+]
+ParametersText = Annotated[
+    str,
+    Text(
+        Role("parameters"),
+        "Parameters with their types, which a call gives values: `(to: pose[B, E])`.",
+        examples=("(to: pose[B, E], speed: real[m/s])",),
+    ),
 ]
 FilePath = Annotated[str, Text(Role("path"))]
 StateName = Annotated[str, Text(Role("name", "state"))]

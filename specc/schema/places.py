@@ -36,14 +36,14 @@ class SchemaNode:
     defines: SymbolKind | None = None
     is_chosen: bool = False
 
-    def below(self, step: str | int) -> SchemaNode:
-        """The node one step below."""
+    def below(self, step: str | int, value: object = None) -> SchemaNode:
+        """The node one step below, where some value stands if that is known."""
         kind = self.kind
         if is_model(kind):
             name = str(step)
             if isinstance(step, int) and step < len(kind.row):
                 name = kind.row[step]
-            if key := kind.keys.get(name):
+            if (key := kind.keys.get(name)) and (key.name == OTHERS or kind.is_key(name, value)):
                 return SchemaNode(key.kind, key, key.defines if is_model(key.kind) else None)
             others = kind.keys.get(OTHERS)
             return SchemaNode(others.kind, others).below(name) if others else UNKNOWN

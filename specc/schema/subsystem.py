@@ -1,6 +1,7 @@
 """Shape of a subsystem: buffers, memory, conditions, functions, behaviours, tables (2.3, 2.4)."""
 
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal
 
 from specc.limits import MAX_ASSUMPTIONS
 from specc.schema.keys import (
@@ -16,6 +17,7 @@ from specc.schema.keys import (
     InterfaceText,
     ListForm,
     Name,
+    ParametersText,
     RangeText,
     RateText,
     ReadableName,
@@ -48,20 +50,35 @@ class InputDef(ReceivedDef):
     event: bool = key(False, "Whether none of its values may be missed.")
 
 
+class RefinedInputDef(InputDef):
+    """An element of an input buffer, or what is different about one that `is` gives."""
+
+    type: WrittenType | None = key(  # type: ignore[assignment]  # is never written to
+        None, "Its type; left out for an element that `is` gives."
+    )
+
+
 class BufferDef(SpecModel, short="is", first="for is"):
     """The elements of a buffer: those of an interface, and further ones."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
     interface: InterfaceText | None = key(
-        None, "Interface that names the elements, e.g. `Report[W]`.", alias="is"
+        None,
+        "Interface that names the elements, e.g. `Report[W]`, or `same`: those of the other end.",
+        alias="is",
     )
     elements: dict[ReadableName, ElementDef] = key({}, alias=OTHERS, defines="element")
+
+    @property
+    def own(self) -> dict[str, ElementDef]:
+        """The elements that have a type here; the others are those of `is`, with more said."""
+        return {n: item for n, item in self.elements.items() if "type" in item.model_fields_set}
 
 
 class InputBufferDef(BufferDef, first="for is"):
     """The elements of an input buffer: those of an interface, and further ones."""
 
-    elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
+    elements: dict[ReadableName, RefinedInputDef] = key(  # type: ignore[assignment]  # is never written to
         {}, alias=OTHERS, defines="element"
     )
 
@@ -152,11 +169,27 @@ class FunctionDef(Traced):
     targets: dict[str, AssignmentDef] = key({}, alias=OTHERS)
 
 
+class DeclaredFunctionDef(FunctionDef, first="signature"):
+    """A transition function with a name, and with parameters if it has a signature."""
+
+    signature: ParametersText | None = None
+
+    @classmethod
+    def is_key(cls, name: Any, value: Any = None) -> bool:
+        """As of any mapping; `signature` may be memory, whose value is no list of parameters."""
+        is_other = name == "signature" and value is not None
+        is_target = is_other and not _PARAMETERS.search(str(value))
+        return super().is_key(name) and not is_target
+
+
+_PARAMETERS = re.compile(r"^\s*\(\s*\)|->|^[^\[{]*\w\s*:")
+
+
 class UsedFunctionDef(FunctionDef, short="function"):
     """A function of a behaviour: the name of one that is declared, or one that stands in place."""
 
     function: Annotated[str, Text(Role("name", "function"))] | None = key(
-        None, "Name of a function that is declared."
+        None, "Name of a function that is declared, with arguments if it has parameters."
     )
 
 
@@ -199,11 +232,17 @@ class BehaviourDef(Traced, first="eq table fig title"):
     )
 
 
-class StateDef(Traced, short="behaviour", first="behaviour title"):
-    """A state of the subsystem's machine."""
+class DeclaredBehaviourDef(BehaviourDef, first="signature eq table fig title"):
+    """A behaviour with a name, and with parameters if it has a signature."""
+
+    signature: ParametersText | None = None
+
+
+class StateDef(BehaviourDef, short="behaviour", first="behaviour title"):
+    """A state of the subsystem's machine, with the name of its behaviour or with a behaviour."""
 
     behaviour: Annotated[str, Text(Role("name", "behaviour"))] | None = key(
-        None, "The behaviour that runs in this state."
+        None, "The behaviour that runs in this state, with arguments if it has parameters."
     )
     ignores: list[Annotated[str, Text()]] = key(
         [], "Events that may come in this state without being looked at, `x.peer.element`."
@@ -284,8 +323,12 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
         None, "All that it does in every period, if it has one state only.", step="ends"
     )
     conditions: ConditionsDef = key(ConditionsDef, "Initial, terminal and error conditions.")
-    functions: dict[Name, FunctionDef] = key({}, "Transition functions.", defines="function")
-    behaviours: dict[Name, BehaviourDef] = key({}, "What can run in a state.", defines="behaviour")
+    functions: dict[Name, DeclaredFunctionDef] = key(
+        {}, "Transition functions.", defines="function"
+    )
+    behaviours: dict[Name, DeclaredBehaviourDef] = key(
+        {}, "What can run in a state.", defines="behaviour"
+    )
     states: dict[Name, StateDef] = key(
         {}, "States, each with its behaviour.", defines="state", step="fsm"
     )

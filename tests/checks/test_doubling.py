@@ -128,3 +128,25 @@ def test_hostile_models(seeds: range, tmp_path: Path) -> None:
         assert took.code in (0, 2), took.text[-2000:]
         copies = [path.read_bytes() for path in cell.rglob("*") if path.is_file()]
         assert not any(SECRET in copy for copy in copies)
+
+
+def test_calls_count_what_is_written_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A large argument that stands often, and a large behaviour that many states call."""
+    monkeypatch.chdir(tmp_path)
+    many = {name: f"max({', '.join([name] * 2000)})" for name in "abn"}
+    function = f'{{signature: "(a: int)", n: "{many["a"]}"}}'
+    behaviour = f'{{signature: "(b: int)", functions: ["f({many["b"]})"], terminal: never}}'
+    states = [f'S0: "go({many["n"]})"', *(f"S{i}: go({i})" for i in range(1, 40))]
+    for used in (states[:1], ["S0: go(0)", *states[1:]]):
+        text = (
+            "specc: 1\nsystem: large\nagents:\n  a:\n    control:\n      rate: 10 Hz\n"
+            "      memory: {n: {type: int, init: 0}}\n"
+            f"      functions: {{f: {function}}}\n      behaviours: {{go: {behaviour}}}\n"
+            f"      states: {{{', '.join(used)}}}\n      initial_state: S0\n"
+        )
+        (tmp_path / MAIN).write_text(text, encoding="utf-8")
+        assert main(["validate", MAIN]) == 1
+        told = capsys.readouterr().err
+        assert told.count("written out, all of this together has more than 60,000 parts") == 1

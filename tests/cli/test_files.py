@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from specc.atomic_files import PREFIX, digest_of, remove_stale
+from specc import atomic_files
+from specc.atomic_files import PREFIX, digest_of, remove_stale, temporary_folder
 from specc.cli import files as module
 from specc.cli.files import AlreadyExists, Content, creating
 
@@ -151,6 +152,24 @@ def test_what_a_living_process_writes_stays(tmp_path: Path) -> None:
         (aside,) = tmp_path.glob(f"{PREFIX}*")
         assert aside.is_dir()
     assert names(tmp_path) == ["a"]
+
+
+def test_a_folder_that_another_process_removes_before_it_is_locked_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both make their folders among the temporary files of the machine."""
+    lock, removed = atomic_files._lock, []
+
+    def late(path: Path, *, waits: bool) -> int | None:
+        if not removed:
+            removed.append(path)
+            path.rmdir()
+        return lock(path, waits=waits)
+
+    monkeypatch.setattr(atomic_files, "_lock", late)
+    with temporary_folder(tmp_path) as folder:
+        assert folder.is_dir() and removed != [folder]
+    assert names(tmp_path) == []
 
 
 @pytest.mark.parametrize(

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
 from specc.cli.main import main
 from specc.pipeline import compile_spec
-from specc.tools.importers import import_fabric
+from specc.tools.importers import import_fabric, import_scxml
 from tests.tools.diff.conftest import BASE, edited
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def block(document: str, language: str) -> str:
+def block(document: str, language: str, number: int = 0) -> str:
     text = (DOCS / document).read_text(encoding="utf-8")
-    (found,) = re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    return str(found)
+    found = re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return str(found[number])
 
 
 def test_the_definition_has_the_faults_that_the_text_names(tmp_path: Path) -> None:
@@ -38,6 +40,24 @@ def test_names_in_the_table_are_those_that_are_given(tmp_path: Path) -> None:
     for name in ("ram_parts:cmdValid", "ram_cmdValid(input_data, components)", "ram_run_hold",
                  "ram_msgs.msg:Command", "ram_msgs_Command:"):  # fmt: skip
         assert name in text, name
+
+
+def test_a_chart_becomes_the_modes_and_rows_that_are_shown(tmp_path: Path) -> None:
+    (tmp_path / "task.scxml").write_text(block("import.md", "xml", 1))
+    made = import_scxml(str(tmp_path / "task.scxml"))
+    spec = tmp_path / "task.yaml"
+    spec.write_text(made.text)
+    assert compile_spec(str(spec)).diagnostics == ()
+    (machine,) = (s for s in yaml_of(made.text)["agents"].values() if "modes" in s["control"])
+    shown = yaml_of(block("import.md", "yaml", 1))
+    assert {name: machine["control"][name] for name in shown} == shown
+    conditions = machine["control"]["conditions"]["initial"]
+    for name, text in re.findall(r"(\w+), +\w+\] +# (on_.*)", block("import.md", "yaml", 1)):
+        assert conditions[name] == text
+
+
+def yaml_of(text: str) -> dict[str, Any]:
+    return dict(yaml.load(text, Loader=yaml.BaseLoader))
 
 
 def test_the_comparison_is_the_one_that_is_printed(

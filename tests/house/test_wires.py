@@ -8,6 +8,7 @@ WIRES = "model/wires.py"
 OTHERS = {
     "model/system.py": "the name that a port declares; independent oracles follow it themselves",
     "resolve/agents.py": "a port whose peer is unknown is left out",
+    "resolve/ends.py": "elements that are written at the other end come before there are wires",
     "tools/diff/systems.py": "two versions are compared by what they declare",
 }
 """Who else reads the name at the other end of a port, and what for."""

@@ -4,13 +4,14 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import strategies as st
 from specc_runtime import builtins
 
 from specc.lang import Environment, evaluate, expression, parse_type
 from specc.lang.number_functions import wrap_angle
-from specc.lang.values import angle, compose, inverse, pose, translation
+from specc.lang.values import angle, compose, inverse, pose, rotation, rpy, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.seeds import drawn
@@ -145,6 +146,25 @@ def test_a_quaternion_is_normalised() -> None:
     X = pose((1.0, 2.0, 3.0), (0.0, 0.0, 3.0, 3.0))
     assert X[0] == pytest.approx((0.0, -1.0, 0.0, 1.0))
     assert X[1] == pytest.approx((1.0, 0.0, 0.0, 2.0))
+
+
+angles = st.floats(-7.0, 7.0)
+axes = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*v) > 1e-3)
+
+
+@drawn(axes, angles, angles, angles, few=FEW, many=MANY)
+def test_rotations_are_those_of_generated_code(
+    axis: tuple, roll: float, pitch: float, yaw: float
+) -> None:
+    turned = builtins.rotation(np.array(axis), roll)
+    assert np.allclose(rotation(axis, roll), turned, rtol=0, atol=1e-12)
+    assert np.allclose(rpy(roll, pitch, yaw), builtins.rpy(roll, pitch, yaw), rtol=0, atol=1e-12)
+    assert rotation(axis, 0.0) == translation(0.0, 0.0, 0.0) == rpy(0.0, 0.0, 0.0)
+
+
+def test_a_rotation_needs_an_axis() -> None:
+    with pytest.raises(ValueError, match="no direction"):
+        rotation((0.0, 0.0, 0.0), 1.0)
 
 
 def test_functions_that_version_1_did_not_have_give_way_to_operators() -> None:

@@ -20,9 +20,10 @@ def words(text: str) -> list[str]:
 
 WORDS = words(
     "x y _ c E T_d b d_d m_m q_p p T_c F_c ratio tolerance best seen entered elapsed u g open "
-    "widen far chain near inverse identity translation pose fresh present all any len norm abs "
-    "min max sqrt position for in not and or if else is True None 0 1 2.5 1e999 'a' m s rad foo "
-    "+ - * / ** @ < <= == != > = ( ) [ ] { } , . : := lambda # \n \\ \t ü ∧ 1[m] x.c.b x.E.m_m"
+    "widen far chain near inverse identity translation rotation rpy pose fresh present all any len "
+    "norm abs min max sqrt position for in not and or if else is True None 0 1 2.5 1e999 'a' m s "
+    "rad foo + - * / ** @ < <= == != > = ( ) [ ] { } , . : := lambda # \n \\ \t ü ∧ 1[m] x.c.b "
+    "x.E.m_m"
 )
 soups = st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join)
 texts = st.text(max_size=60) | soups | soups.map(lambda text: text.replace(" ", ""))

@@ -163,7 +163,8 @@ def test_the_first_step_after_a_change_is_found(
 ) -> None:
     spec, line = _changed(tmp_path, old, new)
     other = tmp_path / "other.mcap"
-    main(["run", str(spec), "--duration", "7", "--record", str(other)])
+    code = main(["run", str(spec), "--duration", "7", "--record", str(other)])
+    assert other.exists(), (code, *capsys.readouterr())
     capsys.readouterr()
     assert main(["replay", str(recorded), "--spec", str(spec)]) == 1
     out = capsys.readouterr().out

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,6 +20,8 @@ from specc_runtime.builtins import (
     pose,
     position,
     read_only,
+    rotation,
+    rpy,
     some,
     translation,
     vector,
@@ -95,6 +98,56 @@ def test_pose_from_a_quaternion_of_any_length(
 def test_a_quaternion_without_direction_is_refused(quaternion: np.ndarray) -> None:
     with pytest.raises(ValueError, match="no direction"):
         pose(np.zeros(3), quaternion)
+
+
+angles = st.floats(-7.0, 7.0)
+
+
+@given(axes, angles, st.sampled_from((1e-290, 1.0, 1e200, 1e307)))
+def test_a_rotation_about_an_axis_of_any_length(
+    axis: tuple[float, ...], angle: float, length: float
+) -> None:
+    X = rotation(length * np.array(axis), angle)
+    np.testing.assert_allclose(X, _pose(axis, angle, (0.0, 0.0, 0.0)), atol=1e-12)
+    assert not X.flags.writeable
+
+
+@given(axes, angles, angles)
+def test_rotations_about_one_axis_add_their_angles(
+    axis: tuple[float, ...], one: float, other: float
+) -> None:
+    a = np.array(axis)
+    np.testing.assert_allclose(
+        rotation(a, one) @ rotation(a, other), rotation(a, one + other), atol=1e-12
+    )
+    np.testing.assert_allclose(rotation(a, -one), inverse(rotation(a, one)), atol=1e-12)
+    np.testing.assert_allclose(rotation(-a, one), rotation(a, -one), atol=1e-12)
+    np.testing.assert_array_equal(rotation(a, 0.0), np.eye(4))
+    np.testing.assert_allclose(
+        rotation(a, one)[:3, :3], pin.AngleAxis(one, a / norm(a)).matrix(), atol=1e-12
+    )
+
+
+@given(angles, angles, angles)
+def test_roll_pitch_and_yaw_are_three_rotations(roll: float, pitch: float, yaw: float) -> None:
+    x, y, z = np.eye(3)
+    product = rotation(z, yaw) @ rotation(y, pitch) @ rotation(x, roll)
+    np.testing.assert_allclose(rpy(roll, pitch, yaw), product, atol=1e-12)
+    np.testing.assert_allclose(
+        rpy(roll, pitch, yaw)[:3, :3], pin.rpy.rpyToMatrix(roll, pitch, yaw), atol=1e-12
+    )
+    assert not rpy(roll, pitch, yaw).flags.writeable
+
+
+def test_no_angle_is_the_identity() -> None:
+    np.testing.assert_array_equal(rpy(0.0, 0.0, 0.0), np.eye(4))
+    np.testing.assert_allclose(rpy(0.0, math.pi / 2, 0.0)[:3, 0], (0.0, 0.0, -1.0), atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", [np.zeros(3), np.full(3, math.nan), np.full(3, math.inf)])
+def test_an_axis_without_direction_is_refused(axis: np.ndarray) -> None:
+    with pytest.raises(ValueError, match="no direction"):
+        rotation(axis, 1.0)
 
 
 def test_parts_of_poses() -> None:

@@ -141,3 +141,27 @@ def test_arithmetic_on_indices_is_bounded(text: str) -> None:
 @pytest.mark.filterwarnings("error")
 def test_python_says_nothing_of_texts_in_braces() -> None:
     assert faults({"for": {"i": "1..1"}, "title": "{0x1for i in i}"})
+
+
+def test_a_behaviour_in_its_state_gets_the_name_of_the_state() -> None:
+    stays = {"title": "stays", "functions": ["hold"], "terminal": "late", "holds": ["y.m.v"]}
+    control = {"behaviours": {"go": {"terminal": "near"}}, "states": {"S": stays, "T": "go"}}
+    made = agents({"a": {"control": control}})["a"]["control"]
+    own = {"title": "stays", "functions": ["hold"], "terminal": "late"}
+    own["terminal"] = {"condition": "late"}
+    own["functions"] = [{"function": "hold"}]
+    assert made["behaviours"] == {"go": {"terminal": {"condition": "near"}}, "S": own}
+    state = {"title": "stays", "holds": ["y.m.v"], "behaviour": "S"}
+    assert made["states"] == {"S": state, "T": {"behaviour": "go"}}
+    states = ("agents", "a", "control", "states", "S")
+    assert route_below(made["behaviours"], "S", ()) == states
+    assert route_below(made["behaviours"]["S"], "terminal", states) == (*states, "terminal")
+    assert route_below(made["states"]["S"], "behaviour", states) == states
+
+
+def test_a_state_has_one_behaviour() -> None:
+    two = {"states": {"S": {"behaviour": "go", "terminal": "late"}}}
+    assert faults({"control": two}) == ["E0104 the state has a behaviour of its own already"]
+    again = {"behaviours": {"S": {}}, "states": {"S": {"terminal": "late"}}}
+    message = "behaviour `S` is defined twice: a state of this name has its own"
+    assert faults({"control": again}) == [f"E0205 {message}"]

@@ -247,6 +247,25 @@ def _translation(x: float, y: float, z: float) -> Rows:
     return ((1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), LAST)
 
 
+def _rotation(axis: Any, angle: float) -> Rows:
+    """By the quaternion of half the angle."""
+    largest = max(abs(part) for part in axis)
+    if largest == 0.0:
+        raise ValueError("no direction")
+    x, y, z = (part / largest for part in axis)
+    length, s = math.sqrt(x * x + y * y + z * z), math.sin(angle / 2)
+    return _pose(
+        (0.0, 0.0, 0.0), (s * x / length, s * y / length, s * z / length, math.cos(angle / 2))
+    )
+
+
+def _rpy(roll: float, pitch: float, yaw: float) -> Rows:
+    X = _rotation((0.0, 0.0, 1.0), yaw)
+    for axis, angle in (((0.0, 1.0, 0.0), pitch), ((1.0, 0.0, 0.0), roll)):
+        X = composed(X, _rotation(axis, angle))
+    return X
+
+
 def _pose(p: Any, q: Any) -> Rows:
     x, y, z, w = q
     n = x * x + y * y + z * z + w * w
@@ -319,6 +338,8 @@ _BUILTINS: dict[str, Callable[..., Value]] = {
     "position": lambda X: tuple(row[3] for row in X[:3]),
     "identity": lambda: _translation(0.0, 0.0, 0.0),
     "translation": _translation,
+    "rotation": _rotation,
+    "rpy": _rpy,
     "pose": _pose,
     "norm": lambda v: math.hypot(*v),
     "len": len,

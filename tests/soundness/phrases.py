@@ -100,7 +100,8 @@ class Phrases:
             case "pose[B, E]":
                 return self.one((
                     "identity()", f"translation({self.metres()}, 0, 0.5[m])",
-                    "pose([0, 0.25[m], 0], [0, 0, 0.6, 0.8])",
+                    "pose([0, 0.25[m], 0], [0, 0, 0.6, 0.8])", "rotation([3, 0, -4], 40[deg])",
+                    "translation(0, 0.5[m], 0) @ rpy(0.5[rad], 0, -1.5[rad])",
                 ))  # fmt: skip
             case "Reading":
                 return f"best(readings({self.rng.randrange(9)}))"

@@ -251,6 +251,14 @@ def _compare_when(diff: SystemDiff, part: PartLog, old: Condition, new: Conditio
     part.compare_expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
 
 
+def _compare_functions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
+    """Functions by their names; calls that only one has are those of its behaviours."""
+    before, after = ({f.name: f for f in s.functions} for s in (old, new))
+    both = before.keys() & after.keys()
+    named = ({n: f for n, f in of.items() if "(" not in n or n in both} for of in (before, after))
+    diff.parts("function", named)
+
+
 def _compare_behaviours(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
 
     def text(behaviour: Behaviour) -> str:
@@ -580,14 +588,14 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
     },
     Element: {"max_age_s": _compare_guarantees, "safe": None, "event": None},
     Subsystem: {
-        **dict.fromkeys(("has_rate", "has_initial_state")),
+        **dict.fromkeys(("has_rate", "has_initial_state", "generics")),
         "rate_hz": _text("rate", lambda s: f"{s.rate_hz} Hz" if s.has_rate else "not known"),
         "ports": _compare_ports,
         "constants": _parts("parameter", "constants"),
         "memory": _parts("memory", "memory"),
         "lets": _parts("let", "lets"),
         "conditions": _compare_conditions,
-        "functions": _parts("function", "functions"),
+        "functions": _compare_functions,
         "behaviours": _compare_behaviours,
         "states": _parts("state", "states"),
         "initial_state": _compare_initial_states,
@@ -595,8 +603,11 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "axioms": _compare_assumptions,
     },
     Condition: {"when": _compare_when},
-    Function: {"assignments": _compare_assignments, "is_complete": None},
-    Behaviour: {"functions": _compare_effects, "is_complete": None},
+    Function: {"assignments": _compare_assignments, **dict.fromkeys(("is_complete", "generic"))},
+    Behaviour: {
+        "functions": _compare_effects,
+        **dict.fromkeys(("is_complete", "generic", "arguments")),
+    },
     State: {"behaviour": _compare_behaviour, "ignores": None, "holds": None},
     Plant: {
         "ros2": _parts("ros2", "ros2"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import dropwhile
 from operator import not_
 from pprint import pformat
@@ -66,20 +67,20 @@ class _Printer:
 
     def lines(self, collection: Collection, here: SchemaNode, margin: int = 0) -> Iterator[str]:
         """A collection as a block, without the indentation of `margin` columns that it will get."""
-        columns = self._column_widths(collection) if here.is_table else None
+        table = self._table(collection, margin) if here.is_table else None
         entries = _ordered(collection, here)
         for number, entry in enumerate(entries):
             above = [*entry.above] if number else [*dropwhile(not_, entry.above)]
-            if columns and number == 0 and (header := _header_cells(above[-1:], len(columns))):
-                words = [cell.ljust(width) for cell, width in zip(header[0], columns, strict=True)]
-                above[-1] = f"#  {''.join(words).rstrip()}"
+            if table and number == 0 and (header := _header_cells(above[-1:], len(table.widths))):
+                pairs = zip(header[0], table.widths, strict=True)
+                above[-1] = f"#  {''.join(cell.ljust(width) for cell, width in pairs).rstrip()}"
             yield from above
             step = number if entry.key is None else entry.key.text
-            yield from self._entry(entry, here.below(step), columns, margin)
+            yield from self._entry(entry, here.below(step), table, margin)
         yield from collection.below
 
     def _entry(
-        self, entry: Entry, here: SchemaNode, columns: list[int] | None, margin: int
+        self, entry: Entry, here: SchemaNode, table: _Table | None, margin: int
     ) -> Iterator[str]:
         value = entry.value
         key = entry.key
@@ -95,10 +96,17 @@ class _Printer:
             first = next(line for line in body if line.strip())
             margin = len(first) - len(first.lstrip(" "))
             yield from _indented([line[margin:] for line in body])
-        elif columns and _is_row(value, len(columns)):
-            *cells, last = self._cells(value)
-            padded = (f"{cell}, ".ljust(width) for cell, width in zip(cells, columns, strict=False))
-            yield f"{head} [{''.join(padded)}{last}]{beside}"
+        elif table and _is_row(value, len(table.widths)):
+            assert isinstance(value, Collection)
+            if value.begin in table.aligned:
+                *cells, last = self._cells(value)
+                pairs = zip(cells, table.widths, strict=False)
+                padded = (f"{cell}, ".ljust(width) for cell, width in pairs)
+                lines = [f"{head} [{''.join(padded)}{last}]"]
+            else:
+                lines = [*self._filled(value, head, margin)]
+            yield from lines[:-1]
+            yield lines[-1] + beside
         elif (inline := self._inline(value, here, margin + len(head))) is not None:
             yield f"{head} {inline}".rstrip() + beside
         else:
@@ -153,21 +161,67 @@ class _Printer:
         assert isinstance(value, Collection)
         return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
-    def _column_widths(self, rows: Collection) -> list[int] | None:
-        """Widths of the columns of a list of rows that are as long as its first row.
+    def _table(self, rows: Collection, margin: int) -> _Table | None:
+        """The columns of a list of rows that are as long as its first row.
 
-        A width includes the comma and the blanks behind it, and the header comment counts.
+        A width includes the comma and the blanks behind it, and the header comment counts. Rows
+        with the longest cells are left out until the others fit into the width.
         """
         lists = (entry.value for entry in rows.entries)
         first = next((v for v in lists if isinstance(v, Collection) and not v.is_mapping), None)
         length = len(first.entries) if first else 0
-        cells = [self._cells(e.value) for e in rows.entries if _is_row(e.value, length)]
-        if length < 2 or not cells:
+        found = [
+            (e.value.begin, self._cells(e.value)) for e in rows.entries if _is_row(e.value, length)
+        ]
+        if length < 2 or not found:
             return None
         header = _header_cells(rows.entries[0].above[-1:], length)
-        return [
-            max(len(cell) + 2 for cell in column) for column in zip(*cells, *header, strict=True)
-        ]
+        room = WIDTH - margin - len("- []")
+        aligned = {begin: cells for begin, cells in found if len(", ".join(cells)) <= room}
+        while True:
+            widths = [
+                max((len(cell) + 2 for cell in column), default=0)
+                for column in zip(*aligned.values(), *header, strict=True)
+            ] or [0] * length
+            if all(sum(widths[:-1]) + len(cells[-1]) <= room for cells in aligned.values()):
+                return _Table(widths, frozenset(aligned))
+            longest = max(len(cell) for cells in aligned.values() for cell in cells[:-1])
+            aligned = {
+                begin: cells
+                for begin, cells in aligned.items()
+                if all(len(cell) < longest for cell in cells[:-1])
+            }
+
+    def _filled(self, row: Collection, head: str, margin: int) -> Iterator[str]:
+        """A row that is not aligned, on as many lines as it needs."""
+        line = f"{head} ["
+        inner = " " * len(line)
+        words: list[tuple[str, str]] = []  # with what stands before one that begins a line
+        for entry in row.entries:
+            cell = entry.value
+            if isinstance(cell, Collection) and cell.entries:
+                items = [self._flow(item.value, UNKNOWN) for item in cell.entries]
+                items[0] = _anchored(cell, f"[{items[0]}")
+                items[-1] += "]"
+                words += [(item, f"{inner} " if n else inner) for n, item in enumerate(items)]
+            else:
+                words.append((self._flow(cell, UNKNOWN), inner))
+        for number, (word, before) in enumerate(words):
+            text = f"{word}," if number < len(words) - 1 else f"{word}]"
+            if number and margin + len(line) + 1 + len(text) > WIDTH:
+                yield line
+                line = before + text
+            else:
+                line += f" {text}" if number else text
+        yield line
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """The widths of columns, and where the rows begin that have them."""
+
+    widths: list[int]
+    aligned: frozenset[int]
 
 
 _GAP = re.compile(r"\s{2,}")

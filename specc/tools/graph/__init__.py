@@ -96,6 +96,9 @@ def _subject(system: System, place: str) -> _Subject:
 def _functions(subsystem: Subsystem) -> dict[str, tuple[Function, ...]]:
     """The functions of each behaviour, and each function without a behaviour of its name."""
     found = {b.name: b.functions for b in subsystem.behaviours}
+    for generic in subsystem.generics:
+        part = generic.part
+        found[part.name] = (part,) if isinstance(part, Function) else part.functions
     return {**{f.name: (f,) for f in subsystem.functions if is_named(f)}, **found}
 
 

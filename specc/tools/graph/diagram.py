@@ -154,6 +154,8 @@ def symbol(part: Subsystem | Device, agent: str = "") -> TextLine:
 
 def is_named(part: Condition | Function) -> bool:
     """Whether a part has a name of its own; what stands in place is called after its place."""
+    if isinstance(part, Function) and part.generic:
+        return True
     return "." not in part.name and "[" not in part.name
 
 

@@ -102,7 +102,7 @@ def _notes(subsystem: Subsystem) -> Iterator[Cells]:
 # The data flow of functions, from inputs and memory through operators to what is assigned.
 
 _COLUMNS = 24
-_READ = (m.Input, m.MemoryRef, m.LetRef)
+_READ = (m.Input, m.MemoryRef, m.LetRef, m.ParameterRef)
 
 
 def flow(subsystem: Subsystem, name: str, functions: Sequence[Function]) -> Diagram:
@@ -184,6 +184,8 @@ class _Flow:
                 return self._leaf("input", f"x.{peer}.{element}")
             case m.MemoryRef(name=name):
                 return self._leaf("memory", name)
+            case m.ParameterRef(name=name):
+                return self._leaf("input", name)
             case m.FieldOf(value=value) | m.Component(value=value) if _is_read(value):
                 inner = self.source(value)
                 last = show(expr).removeprefix(show(value))

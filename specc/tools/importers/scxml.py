@@ -1,4 +1,7 @@
-"""`specc import scxml`: a flat state chart, or each region of a parallel one, becomes an agent.
+"""`specc import scxml`: a state chart, or each region of a parallel one, becomes an agent.
+
+Compound states become modes. In SCXML an inner transition comes before an outer one; rows have no
+order, so that those of modes say for each state that none inside applies.
 
 The text is `templates/import/scxml.yaml.j2`.
 """
@@ -6,14 +9,22 @@ The text is `templates/import/scxml.yaml.j2`.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from specc.lang.packages import PACKAGES
 from specc.model.expr import FALSE, TRUE, Expr, negation
+from specc.source import Place
 from specc.tools.importers.logic import atom, atoms, join, render
-from specc.tools.importers.reading import Notes
-from specc.tools.importers.scxml_reader import Chart, ChartState, Transition, read_charts
+from specc.tools.importers.reading import Notes, XmlElement
+from specc.tools.importers.scxml_reader import (
+    Chart,
+    ChartState,
+    History,
+    Transition,
+    read_charts,
+)
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 _OUTSIDE = "outside"
@@ -26,7 +37,6 @@ _REASONS = {
     ("scxml", "datamodel"): _DATA,
     ("scxml", "binding"): _DATA,
     ("invoke", ""): "what a state invokes is another agent; describe it",
-    ("transition", "type"): "in a flat chart internal and external transitions are the same",
     **{(tag, ""): _CONTENT for tag in _CONTENT_TAGS.split()},
 }
 _ANY = "*"
@@ -34,6 +44,8 @@ _DEEPEST = 16
 """Parts of an event that another one may name a beginning of."""
 _EVENTS = "\0"
 """Begins the text of an atom that stands for events; their names follow."""
+_DONE = "\1"
+"""The text of the atom that is true while the `done` event of a final state waits."""
 
 
 def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Notes:
@@ -48,7 +60,9 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         notes.change(message, root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
     own = SpecNames((*PEERS, *PACKAGES, _OUTSIDE)).of(name or root.get("name") or stem)
-    events = Events(d for chart in charts for t in chart.transitions for d in t.events)
+    done = {f"done.state.{state.id}" for chart in charts for state in chart.compound}
+    named = [d for chart in charts for t in chart.transitions for d in t.events]
+    events = Events(d for d in named if _plain(d) not in done)
     guards, names = GuardInputs(events.members), SpecNames((*PEERS, _OUTSIDE))
     agents = [
         _ChartAgent(each, names.of(each.name) if len(charts) > 1 else own, events, guards, notes)
@@ -56,12 +70,16 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
     ]
     for agent in agents:
         agent.build()
+    if notes.failed:
+        return notes
     place = charts[0].root.place
     for old, new in events.renamed.items():
         notes.change(f"event `{old}` is called `{new}`", place)
     if any(not t.events for chart in charts for t in chart.transitions):
         message = "a transition without an event is taken one period after the state began"
         notes.change(message, place)
+    if any(agent.is_done for agent in agents):
+        notes.change("`done.state` comes one period after the final state began", place)
     notes.report_unused(root, _REASONS)
     inputs: dict[str, Data] = {"event": "Event", "comes": "bool"} if events.members else {}
     inputs |= dict.fromkeys(guards.names.values(), "bool")
@@ -143,6 +161,31 @@ class GuardInputs:
         return self.names[text]
 
 
+@dataclass(frozen=True, slots=True)
+class _Choice:
+    """A transition that a state may take, in the order in which SCXML looks at them.
+
+    `members` are the events that it reacts to, None if it needs none: then the question whether a
+    `done` event waits is part of its `guard`. `when` says that it is taken, and none before it.
+    """
+
+    state: ChartState
+    transition: Transition
+    guard: Expr
+    members: frozenset[str] | None
+    when: Expr
+    next: _Next | None
+    """None where it only takes its event."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Next:
+    """A state, an atomic or a compound one, which is resumed if a history led there."""
+
+    state: str
+    history: History | None = None
+
+
 class _ChartAgent:
     """The agent of a chart; what it needs from outside is known once it is built."""
 
@@ -159,16 +202,30 @@ class _ChartAgent:
         self.conditions: dict[str, dict[str, Data]] = {"initial": {}, "terminal": {}}
         self._condition_names = SpecNames(("always", "never"))
         self._known_conditions: dict[tuple[str, str], str] = {}
+        self.done = ""
+        """The memory element that says whether a `done` event waits; "" if nothing asks."""
 
     def build(self) -> None:
         """Build states, behaviours and rows; report what was renamed or behaves differently."""
         chart = self._chart
-        self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.states}
+        for state in chart.states:
+            self._state_names.of(state.id)
+        self._starts = {state.id: self._start(state) for state in chart.compound}
+        self._choices = {state.id: self._choices_of(state) for state in chart.atomic}
+        self._check_shallow_histories()
+        self._check_waiting_done_events()
+        self._report_never_taken()
+        if self._notes.failed:
+            return
+        self.states = [self._state_names.of(state.id) for state in chart.atomic]
+        self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.atomic}
         """State, and its one behaviour -> the terminal condition."""
-        self.states = list(self.behaviours)
-        self.transitions: list[Data] = [row for state in chart.states for row in self._rows(state)]
+        self.transitions: list[Data] = [*self._rows()]
+        self.modes: dict[str, Data] = {
+            self._state_names.of(state.id): self._mode(state) for state in chart.compound
+        }
         self.conditions = {kind: named for kind, named in self.conditions.items() if named}
-        self.initial = self._state_names.of(chart.initial)
+        self.initial = self._state_names.of(chart.first(chart.initial))
         reported: set[str] = set()
         for transition in chart.transitions:
             for guard in atoms(transition.guard):
@@ -184,23 +241,44 @@ class _ChartAgent:
             if name != state.id:
                 message = f"state `{state.id}` is called `{name}`"
                 self._notes.change(message, state.element.value_place("id"))
-            if state.element.tag == "final":
+            if state.element.tag == "final" and not state.parent:
                 message = f"the chart stops in `{state.id}`; the agent stays there"
                 self._notes.change(message, state.element.place)
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """What it needs from outside; a chart that needs nothing tells its state there."""
-        has_events = any(transition.events for transition in self._chart.transitions)
+        has_events = any(self._events.matching(t.events) for t in self._chart.transitions)
         return (*(["event"] if has_events else []), *self.guards.values())
+
+    @property
+    def functions(self) -> dict[str, list[str]]:
+        """The functions of each state: what tells it to the outside, and what notes `done`."""
+        found: dict[str, list[str]] = {}
+        for name, choices in self._choices.items():
+            own = self._state_names.of(name)
+            found[own] = [] if self.inputs else [f"tell_{own}"]
+            asked = (part.name for choice in choices for part in atoms(choice.when))
+            if _DONE in asked:
+                found[own].append("note_done")
+        return found
 
     @property
     def state_type(self) -> str:
         """The name of the type of its state."""
         return SpecNames((*self.states, "Event")).of(f"State_{self.name}")
 
+    @property
+    def is_done(self) -> bool:
+        """Whether a `done` event leads anywhere."""
+        every = (choice for choices in self._choices.values() for choice in choices)
+        return any(c.members is None and c.transition.events for c in every)
+
     def _atom(self, text: str) -> str:
-        """A let for events, an input for a guard."""
+        """A let for events, an input for a guard, memory for the `done` event."""
+        if text == _DONE:
+            self.done = self.done or self._lets.new("done")
+            return self.done
         if not text.startswith(_EVENTS):
             return f"x.outside.{self._guard(text)}"
         members = frozenset(text[len(_EVENTS) :].split())
@@ -214,44 +292,247 @@ class _ChartAgent:
         self.guards[text] = self._all_guards.input_of(text)
         return self.guards[text]
 
-    def _end(self, state: ChartState) -> str:
-        """The condition under which some transition of a state is taken."""
-        if not state.transitions:
-            return "never"
-        conditions = [
-            join("and", (_event_test(self._events.matching(t.events)), t.guard))
-            if t.events
-            else t.guard
-            for t in _by_priority(state)
-        ]
-        text = render(join("or", conditions), self._atom)
-        return self._condition("terminal", text, f"{state.id}_left")
+    # What a state may do.
 
-    def _rows(self, state: ChartState) -> list[list[Data]]:
-        """A row for each transition, of which exactly one applies.
+    def _choices_of(self, state: ChartState) -> list[_Choice]:
+        """What an atomic state may do, in the order in which SCXML looks at it.
 
-        SCXML takes the first transition in document order whose event and guard fit, and those
-        without an event before the others. Rows have no order, so a row says that no earlier one
-        applies.
+        SCXML takes the first transition whose event and guard fit, in document order, of the state
+        or else of those around it, from the inner to the outer ones: without an event first, then
+        for a `done` event, then for one from outside.
         """
-        found: list[list[Data]] = []
-        earlier: list[tuple[Transition, frozenset[str] | None]] = []
-        for transition in _by_priority(state):
-            matching = self._events.matching(transition.events) if transition.events else None
-            logic = _row_condition(transition.guard, matching, earlier)
-            earlier.append((transition, matching))
-            condition = "False" if logic == FALSE else render(logic, self._atom)
-            if logic == FALSE:
+        chart = self._chart
+        around = [chart.state[name] for name in chart.around(state.id)]
+        every = [(source, transition) for source in around for transition in source.transitions]
+        done = [(s, t) for s, t in every if _is_done_event(t, state)]
+        is_left = all(t.target for _, t in done) and any(t.guard == TRUE for _, t in done)
+        waits = TRUE if is_left else atom(_DONE)
+        found = [
+            *((s, t, t.guard, None) for s, t in every if not t.events),
+            *((s, t, join("and", (waits, t.guard)), None) for s, t in done),
+            *((s, t, t.guard, m) for s, t in every if (m := self._events.matching(t.events))),
+        ]
+        choices: list[_Choice] = []
+        for source, transition, guard, members in found:
+            earlier = [(choice.guard, choice.members) for choice in choices]
+            when = _row_condition(guard, members, earlier)
+            next = None
+            if transition.target:
+                kept = self._kept(source, transition)
+                next = self._led_to(state.id, transition.target, kept, transition.element)
+            elif source is state:
+                next = _Next(state.id)
+            choices.append(_Choice(source, transition, guard, members, when, next))
+        return choices
+
+    def _kept(self, source: ChartState, transition: Transition) -> list[str]:
+        """The states around a transition that it does not leave: those around its target, too."""
+        chart = self._chart
+        history = chart.history.get(transition.target)
+        above = chart.around(history.parent) if history else chart.around(transition.target)[1:]
+        around = chart.around(source.id)
+        if not (transition.is_internal and source.initial):
+            del around[0]
+        return [name for name in around if name in above]
+
+    def _led_to(self, state: str, target: str, kept: Sequence[str], element: XmlElement) -> _Next:
+        """Where a target leads from an atomic state, if all around it but `kept` is left.
+
+        The history of a state that is just left is where it was: no row has to resume it.
+        """
+        around = self._chart.around(state)
+        while True:
+            history = self._chart.history.get(target)
+            if history is None:
+                if not self._begins_with_history(target):
+                    return _Next(target)
+                target = self._chart.state[target].initial
+            elif history.parent not in around:
+                return _Next(history.parent, history)
+            elif history.parent in kept:
+                message = f"`{target}` is a history of `{history.parent}`, which is not left here"
+                help = "a mode is resumed from outside; name a state, or the history of one inside"
+                self._refuse(message, element.value_place("target"), help)
+                return _Next(state)
+            elif history.is_deep:
+                return _Next(state)
+            else:
+                target = around[around.index(history.parent) - 1]
+
+    def _begins_with_history(self, name: str) -> bool:
+        """Whether entering a state goes through a history inside."""
+        while name not in self._chart.history:
+            name = self._chart.state[name].initial
+            if not name:
+                return False
+        return True
+
+    def _start(self, state: ChartState) -> str:
+        """The atomic state in which the mode of a compound state begins.
+
+        `resume` leads there if the mode was never left.
+        """
+        chart = self._chart
+        named = {transition.target for transition in chart.transitions}
+        named |= {each.initial for each in chart.compound}
+        own = [h for h in chart.histories if h.parent == state.id and h.id in named]
+        starts = dict.fromkeys(chart.first(history.id) for history in own)
+        if len(starts) > 1:
+            names = " and ".join(f"`{name}`" for name in starts)
+            message = f"the histories of `{state.id}` begin in different states, {names}"
+            help = "a mode has one initial state: let both begin in the same one"
+            self._refuse(message, own[1].element.place, help)
+        return next(iter(starts), chart.first(state.id))
+
+    def _check_shallow_histories(self) -> None:
+        """Report those that lead elsewhere than to the innermost state that was left."""
+        chart = self._chart
+        every = [choice for choices in self._choices.values() for choice in choices]
+        resumed = [choice.next.history for choice in every if choice.next]
+        for history in dict.fromkeys(each for each in resumed if each and not each.is_deep):
+            for state in chart.inside(history.parent):
+                around = chart.around(state)
+                inner = around[around.index(history.parent) - 1]
+                next = self._led_to(state, inner, (), history.element)
+                first = chart.first(next.state)
+                if first != state and self._leaves(state, history.parent):
+                    message = (
+                        f"`{history.id}` is a shallow history: where `{history.parent}` was left "
+                        f"in `{state}` it leads to `{first}`, and `resume` to `{state}`"
+                    )
+                    help = f'write `type="deep"` if that may be, or flatten `{inner}`'
+                    self._refuse(message, history.element.place, help)
+                    break
+
+    def _leaves(self, state: str, compound: str) -> bool:
+        """Whether some transition of an atomic state leads out of a state around it."""
+        return any(
+            choice.when != FALSE
+            and choice.next is not None
+            and compound not in self._chart.around(choice.next.state)
+            for choice in self._choices[state]
+        )
+
+    def _check_waiting_done_events(self) -> None:
+        """Report `done` events that another state may take.
+
+        Transitions without an event come first; the `done` event waits until there is none.
+        """
+        chart = self._chart
+        for final in filter(_raises_done, chart.atomic):
+            reached = self._reached_without_events(final.id) - {final.id}
+            for name in sorted(reached):
+                around = [chart.state[each] for each in chart.around(name)]
+                for transition in (t for each in around for t in each.transitions):
+                    if _is_done_event(transition, final):
+                        message = (
+                            f"`done.state.{final.parent}` may come in `{name}`, after a transition "
+                            f"without an event out of `{final.id}`"
+                        )
+                        help = "let the transition without an event wait for one"
+                        self._refuse(message, transition.element.value_place("event"), help)
+
+    def _reached_without_events(self, name: str) -> set[str]:
+        """The atomic states to which transitions without events lead from one, itself included."""
+        chart, reached, new = self._chart, {name}, [name]
+        while new:
+            for choice in self._choices[new.pop()]:
+                if choice.transition.events or choice.when == FALSE or choice.next is None:
+                    continue
+                state = choice.next.state
+                found = chart.inside(state) if choice.next.history else [chart.first(state)]
+                new += [each for each in found if each not in reached]
+                reached.update(found)
+        return reached
+
+    def _report_never_taken(self) -> None:
+        every = [choice for choices in self._choices.values() for choice in choices]
+        for transition in self._chart.transitions:
+            found = [choice.when for choice in every if choice.transition is transition]
+            if not found:
+                message = "this transition is never taken: no final state raises its event"
+                self._notes.change(message, transition.element.place)
+            elif all(when == FALSE for when in found):
                 message = "this transition is never taken: an earlier one always is"
                 self._notes.change(message, transition.element.place)
-            target = transition.target or state.id
-            if not transition.target:
-                message = f"a transition without a target enters `{state.id}` again"
-                self._notes.change(message, transition.element.place)
-            name = self._condition("initial", condition, f"{state.id}_to_{target}")
-            ends = map(self._state_names.of, (state.id, target))
-            found.append([next(ends), "terminal", name, next(ends)])
-        return found
+
+    def _refuse(self, message: str, place: Place, help: str) -> None:
+        if all(
+            (each.message, each.primary) != (message, place) for each in self._notes.diagnostics
+        ):
+            self._notes.error("E0803", message, place, help)
+
+    # What the specification has.
+
+    def _end(self, state: ChartState) -> str:
+        """The condition under which some transition of an atomic state is taken."""
+        choices = [c for c in self._choices[state.id] if c.when != FALSE or c.state is state]
+        if not any(choice.next for choice in choices):
+            return "never"
+        if all(choice.next for choice in choices):
+            conditions = [_fits(choice) for choice in choices]
+        else:
+            conditions = [choice.when for choice in choices if choice.next]
+        text = render(join("or", conditions), self._atom)
+        sources = {choice.state.id for choice in choices}
+        source = next(name for name in self._chart.around(state.id) if name in sources)
+        return self._condition("terminal", text, f"{source}_left")
+
+    def _rows(self) -> Iterator[list[Data]]:
+        """A row for each transition and the states in which it applies under the same condition.
+
+        Rows have no order, so a row says that no transition applies which comes before.
+        """
+        order = {state.id: index for index, state in enumerate(self._chart.states)}
+        found: dict[tuple[int, int, str, str], list[str]] = {}
+        told: set[int] = set()
+        for name, choices in self._choices.items():
+            for choice in choices:
+                transition = choice.transition
+                if not transition.target and id(transition) not in told:
+                    told.add(id(transition))
+                    message = f"a transition without a target enters `{name}` again"
+                    if choice.next is None:
+                        message = "a transition without a target only takes its event"
+                    self._notes.change(message, transition.element.place)
+                if choice.next is None or (choice.when == FALSE and choice.state.id != name):
+                    continue
+                text = "False" if choice.when == FALSE else render(choice.when, self._atom)
+                wish = f"{choice.state.id}_to_{transition.target or name}"
+                condition = self._condition("initial", text, wish)
+                row = order[choice.state.id], id(transition), condition, self._target(choice.next)
+                found.setdefault(row, []).append(name)
+        for row in sorted(found, key=lambda row: row[0]):
+            sources = [*self._cover(found[row])]
+            yield [sources[0] if len(sources) == 1 else sources, "terminal", row[2], row[3]]
+
+    def _cover(self, names: Collection[str], inside: str = "") -> Iterator[str]:
+        """Modes and states that stand for some atomic ones."""
+        for state in self._chart.states:
+            if state.parent == inside:
+                if all(name in names for name in self._chart.inside(state.id)):
+                    yield self._state_names.of(state.id)
+                elif state.initial:
+                    yield from self._cover(names, state.id)
+
+    def _target(self, next: _Next) -> str:
+        if next.history:
+            return f"resume({self._state_names.of(next.state)})"
+        return self._entered(next.state)
+
+    def _entered(self, state: str) -> str:
+        """The name by which a row enters a state; that of a mode if it begins in the same state."""
+        first = self._chart.first(state)
+        return self._state_names.of(state if self._starts.get(state, first) == first else first)
+
+    def _mode(self, state: ChartState) -> Data:
+        inner = [each.id for each in self._chart.states if each.parent == state.id]
+        start = self._starts[state.id]
+        begins_so = start == self._chart.first(state.initial) and state.initial in inner
+        return {
+            "states": [self._state_names.of(name) for name in inner],
+            "initial": self._entered(state.initial if begins_so else start),
+        }
 
     def _condition(self, kind: str, text: str, wish: str) -> str:
         if text == "True":
@@ -263,27 +544,41 @@ class _ChartAgent:
         return self._known_conditions[key]
 
 
-def _by_priority(state: ChartState) -> list[Transition]:
-    return sorted(state.transitions, key=lambda transition: bool(transition.events))
+def _raises_done(state: ChartState) -> bool:
+    return state.element.tag == "final" and state.parent != ""
+
+
+def _is_done_event(transition: Transition, state: ChartState) -> bool:
+    """Whether a transition reacts to the event that an atomic state raises when it begins."""
+    event = f"done.state.{state.parent}."
+    plain = map(_plain, transition.events)
+    return _raises_done(state) and any(p == _ANY or event.startswith(f"{p}.") for p in plain)
+
+
+def _fits(choice: _Choice) -> Expr:
+    """Whether event and guard of a transition fit."""
+    if choice.members is None:
+        return choice.guard
+    return join("and", (_event_test(choice.members), choice.guard))
 
 
 def _row_condition(
     guard: Expr,
     matching: frozenset[str] | None,
-    earlier: Sequence[tuple[Transition, frozenset[str] | None]],
+    earlier: Sequence[tuple[Expr, frozenset[str] | None]],
 ) -> Expr:
     """When a transition is taken; events that transitions match are None for any."""
     if matching is None:
-        return join("and", (guard, *(negation(t.guard) for t, _ in earlier)))
+        return join("and", (guard, *(negation(other) for other, _ in earlier)))
     parts = [guard]
     for other, theirs in earlier:
         common = matching if theirs is None else matching & theirs
         if theirs is not None and not common:
             continue
-        if other.guard == TRUE:
+        if other == TRUE:
             matching -= common
         elif common == matching:
-            parts.append(negation(other.guard))
+            parts.append(negation(other))
         else:
-            parts.append(negation(join("and", (_event_test(common), other.guard))))
+            parts.append(negation(join("and", (_event_test(common), other))))
     return join("and", (_event_test(matching), *parts)) if matching else FALSE

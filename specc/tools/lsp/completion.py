@@ -10,8 +10,9 @@ from specc.lang import ExprError, ExprErrors
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import CLOCK_NAMES
 from specc.lang.syntax import USAGE
-from specc.lang.types import SYNTAX
+from specc.lang.types import SAME, SYNTAX
 from specc.lang.typing import expression
+from specc.model.fsm import Parameter
 from specc.model.system import PLANT, System
 from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
@@ -79,7 +80,8 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
     found: dict[tuple[str, str], Completion] = {}
     for cursor in cursors(text, offset):
         role = None if cursor.is_key else role_of(cursor.route)
-        pattern = _PATH if role is None or role.form in _WHOLE_PATHS else _NAME
+        is_path = role is None or (role.form in _WHOLE_PATHS and not _is_argument(role, cursor))
+        pattern = _PATH if is_path else _NAME
         word = pattern.search(cursor.before)
         size = len(word.group()) if word else 0
         suffix = ": " if cursor.is_key and not text[offset:].lstrip(" ").startswith(":") else ""
@@ -93,6 +95,11 @@ def complete(index: Index | None, path: str, text: str, offset: int) -> list[Com
                 whole = replace(item, replaces=size, suffix=suffix)
                 found.setdefault((item.label, item.kind), whole)
     return list(found.values())
+
+
+def _is_argument(role: Role, cursor: TextCursor) -> bool:
+    """Whether a cursor stands in the brackets of a call of a behaviour or function."""
+    return role.kind in ("behaviour", "function") and "(" in cursor.before
 
 
 def _of_schema(cursor: TextCursor) -> Iterable[Completion]:
@@ -158,12 +165,19 @@ class _Proposals:
         match form:
             case "path":
                 pass
-            case "type" | "signature":
+            case "type" | "signature" | "parameters":
                 yield from self._type(before)
             case "interface":
                 arguments: tuple[SymbolKind, ...] = ("frame", "type")
                 kinds = arguments if "[" in before else ("interface",)
                 yield from self._visible(*kinds, owner=())
+                if not before:
+                    yield Completion(SAME, "value", "the elements of the other end")
+            case "name" if role and _is_argument(role, cursor):
+                yield from self._expression("full", before)
+                yield from self._around(cursor)
+                for parameter in self._parameters(before.partition("(")[0].strip()):
+                    yield Completion(f"{parameter.name}: ", "parameter", str(parameter.type))
             case "name":
                 kind = role.kind if role else None
                 yield from (Completion(word, "value") for word in _FIXED.get(kind or "", ()))
@@ -174,8 +188,26 @@ class _Proposals:
                 yield from self._formula(before)
             case _:
                 yield from self._expression(form, before)
+                yield from self._around(cursor)
                 if form == "argument":
                     yield from self._visible("frame", "agent", owner=())
+
+    def _around(self, cursor: TextCursor) -> Iterator[Completion]:
+        """The parameters of the behaviour or function around a cursor."""
+        match split_at_part(cursor.route)[1]:
+            case ("behaviours" | "functions", str(name), *_):
+                for parameter in self._parameters(name):
+                    yield Completion(parameter.name, "parameter", str(parameter.type))
+
+    def _parameters(self, name: str) -> tuple[Parameter, ...]:
+        """The parameters of a behaviour or function of the subsystem."""
+        system = self.index.system
+        for generic in (g for s in (system.subsystems if system else ()) for g in s.generics):
+            place = generic.part.place
+            is_near = (place.file, split_at_part(place.route)[0]) == (self.path, self.owner)
+            if is_near and generic.part.name == name:
+                return generic.parameters
+        return ()
 
     def _expression(self, form: RoleForm, before: str) -> Iterator[Completion]:
         """Names that can follow the beginning of an expression."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from specc.lang.builtins import FUNCTIONS
+from specc.model.fsm import Generic
 from specc.model.system import Operator
 from specc.read import read_text
 from specc.schema import ROW_KEYS
@@ -197,6 +198,7 @@ def _starts_token(before: str) -> bool:
 
 
 _NAME = re.compile(r"[^\W\d]\w*$")
+_EXPRESSIONS = ("constant", "initial", "full", "argument")
 _TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 
@@ -210,15 +212,29 @@ class CallSignature:
     active: int
 
 
-def signature(operators: Iterable[Operator], text: str, offset: int) -> CallSignature | None:
+def signature(
+    operators: Iterable[Operator], generics: Iterable[Generic], text: str, offset: int
+) -> CallSignature | None:
     """The innermost call around an offset of a text, however unfinished the call is."""
     for cursor in cursors(text, offset):
         role = role_of(cursor.route)
-        if role is not None and role.form in ("constant", "initial", "full", "argument"):
+        is_part = role is not None and role.kind in ("behaviour", "function")
+        if role is not None and (is_part or role.form in _EXPRESSIONS):
             before = _TEXT.sub(lambda match: "_" * len(match.group()), cursor.before)
             if (found := _innermost_call(before)) is not None:
-                return _signature(operators, *found)
+                own = _signature_of_part(generics, *found) if is_part else None
+                return own or _signature(operators, *found)
     return None
+
+
+def _signature_of_part(generics: Iterable[Generic], name: str, commas: int) -> CallSignature | None:
+    """How a behaviour or function with parameters is called."""
+    generic = next((each for each in generics if each.part.name == name), None)
+    if generic is None:
+        return None
+    parameters = tuple(f"{p.name}: {p.type}" for p in generic.parameters)
+    label = f"{name}({', '.join(parameters)})"
+    return CallSignature(label, parameters, generic.part.title, min(commas, len(parameters) - 1))
 
 
 def _innermost_call(before: str) -> tuple[str, int] | None:

@@ -114,11 +114,11 @@ def _definition(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
         case "initial condition" | "terminal condition" | "error condition":
             keys = ("when",)
         case "behaviour":
-            keys = ("functions", "terminal", "error")
+            keys = ("signature", "functions", "terminal", "error")
         case "function" | "interface":
             keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
         case "state":
-            keys = ("behaviour",)
+            keys = ("behaviour", "functions", "terminal", "error")
         case _:
             return
     if node.scalar is not None:
@@ -203,14 +203,12 @@ def describe_cause(index: Index, path: str, route: Route, node: TextNode) -> str
     states, behaviours = subsystem.values.get("states"), subsystem.values.get("behaviours")
     chosen = states.values.get(state.scalar or "") if states and state else None
     name = (chosen.scalar or _scalar(chosen, "behaviour")) if chosen else ""
-    behaviour = behaviours.values.get(name) if behaviours else None
+    behaviour = behaviours.values.get(name) if behaviours and name else chosen
     if behaviour is None or state is None:
         return ""
     condition = _scalar(behaviour, cause) or "never"
-    return (
-        f"behaviour `{name}` of state `{state.scalar}` has ended by its {cause} condition "
-        f"`{condition}`"
-    )
+    whose = f"behaviour `{name}`" if name else "the behaviour"
+    return f"{whose} of state `{state.scalar}` has ended by its {cause} condition `{condition}`"
 
 
 def _scalar(node: TextNode, key: str) -> str:

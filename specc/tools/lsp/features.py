@@ -198,7 +198,8 @@ def signature_at(project: Project, path: str, offset: int) -> CallSignature | No
     view = project.view(path)
     system = view.index.system if view else None
     operators = system.operators if system else ()
-    return signature(operators, project.source(path).text, offset)
+    generics = [g for s in (system.subsystems if system else ()) for g in s.generics]
+    return signature(operators, generics, project.source(path).text, offset)
 
 
 def renameable(project: Project, path: str, offset: int) -> TextRange | None:

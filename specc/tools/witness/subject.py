@@ -87,6 +87,7 @@ def _without_errors(subsystem: Subsystem) -> Subsystem:
 
 
 def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
+    """The behaviour without errors; a call becomes a behaviour of its own."""
     functions = (
         replace(f, assignments=tuple(a for a in f.assignments if not has_unknown(a.value)))
         for f in behaviour.functions
@@ -96,6 +97,8 @@ def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
         functions=tuple(functions),
         terminal=_legible_condition(behaviour.terminal),
         errors=tuple((cause, _legible_condition(error)) for cause, error in behaviour.errors),
+        generic=None,
+        arguments=(),
     )
 
 

@@ -92,9 +92,13 @@ def accepted_decides(
 
 
 def refused_is_refuted(tree: Tree, folder: Path, seed: str, found: Findings) -> None:
-    """Law: what a finding about rows says can happen, happens in the interpreter."""
+    """Law: what a finding about rows says can happen, happens in the interpreter.
+
+    Where conditions read what may be absent, a situation may be one in which they have no value.
+    """
     result = compiled(dict(tree), folder)
-    if is_well_formed(result, seed, found) and not result.ok:
+    reads_absent = any(d.code.startswith("E07") for d in result.diagnostics)
+    if is_well_formed(result, seed, found) and not result.ok and not reads_absent:
         written = Written(control_of(tree))
         about = [d for d in result.diagnostics if d.code in ("E0601", "E0602")]
         found.counts["refutations"] += len(about)

@@ -18,7 +18,7 @@ from tests.soundness.evaluator import Absent, Key, Value
 from tests.soundness.modes.hierarchical import Machine, Undecided, Written
 from tests.soundness.modes.random_machines import SPORADIC, STEADY
 from tests.soundness.modes.scripted import RATE_HZ, values
-from tests.soundness.modes.text_values import parsed, worth
+from tests.soundness.modes.text_values import Now, parsed, worth
 
 DRAWN = 6000
 CODE = re.compile(r"`([^`]*)`")
@@ -74,8 +74,7 @@ def is_confirmed(written: Written, finding: Diagnostic, rng: Random) -> bool:
     for number in range(DRAWN):
         state = states[number % len(states)]
         machine, inputs, fresh = _situation(written, state, example, rng)
-        if (found := _rows(machine, inputs, fresh, told, finding)) is None:
-            continue
+        found = _rows(machine, inputs, fresh, told, finding)
         if found == 0 if finding.code == "E0601" else found > 1:
             return True
     return False
@@ -83,21 +82,35 @@ def is_confirmed(written: Written, finding: Diagnostic, rng: Random) -> bool:
 
 def _rows(
     machine: Machine, inputs: dict[Key, Value], fresh: set[Key], told: list[Fact], about: Diagnostic
-) -> int | None:
-    """How many rows apply; None where the situation is another one."""
-    now = machine.now(inputs, fresh)
+) -> int:
+    """How many rows apply; as many as is said where a condition has no value, and 1 where the
+    situation is another one.
+
+    Proofs take `held > 1` and `held is None` for questions that have nothing to do with each other.
+    """
+    now, said = machine.now(inputs, fresh), 0 if about.code == "E0601" else 2
     try:
-        if any(worth(fact.expression, now) not in fact.among for fact in told):
-            return None
+        if any(_worth(fact.expression, machine, now) not in fact.among for fact in told):
+            return 1
+    except (Absent, ValueError):
+        return 1
+    try:
         cause = machine.cause(now)
-        if not cause or not _is_named(cause, machine, about):
-            return None
-        machine.the_row(cause, now)
+        if cause and _is_named(cause, machine, about):
+            machine.the_row(cause, now)
     except Undecided as error:
         return len(error.args[1])
     except (Absent, ValueError):
-        return None
+        return said
     return 1
+
+
+def _worth(expression: ast.expr, machine: Machine, now: Now) -> Value:
+    """The value; in messages `left(mode)` is the state that was left last."""
+    match expression:
+        case ast.Call(func=ast.Name(id="left"), args=[ast.Name(id=mode)]):
+            return machine.left.get(mode, "never")
+    return worth(expression, now)
 
 
 def _is_named(cause: str, machine: Machine, about: Diagnostic) -> bool:
@@ -116,11 +129,11 @@ def _situation(
     fresh = set(inputs)
     if rng.random() < 0.8:
         inputs |= {("v", n): v for n, v in values(rng, SPORADIC).items()}
-        fresh |= {("v", n) for n in SPORADIC} if rng.random() < 0.6 else set()
+        fresh |= {("v", n) for n in SPORADIC if rng.random() < 0.6}
     machine.memory = {name: _drawn(name, rng) for name in written.memory}
     for mode in written.modes:
         least = machine.periods if mode in machine.stack else 0
-        machine.lasted[mode] = least + rng.choice((0, 0, 1, 3, 5))
+        machine.lasted[mode] = least + rng.randrange(6)
         inside = [s for s in written.states if mode in written.modes_of(s)]
         machine.left |= {mode: rng.choice(inside)} if rng.random() < 0.7 else {}
     for text, (is_fresh, value) in example.items():
@@ -158,6 +171,8 @@ def _put(
         machine.periods = round(value * RATE_HZ)
     elif text.startswith("elapsed("):
         machine.lasted[text[8:-1]] = round(value * RATE_HZ)
+    elif text.startswith("periods("):
+        machine.lasted[text[8:-1]] = round(value)
     elif text in machine.memory and value is not ...:
         machine.memory[text] = value
 

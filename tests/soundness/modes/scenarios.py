@@ -366,7 +366,11 @@ a    | B | t=0 i=0 first=True inner=True
         "the error of the outermost mode comes first",
         "Where several hold at once, the outermost mode's comes first.",
         """
-states: {A: {functions: [keep], error: {own: x.desk.order == a}}, B: wait, C: wait, P: wait}
+states:
+  A: {functions: [keep], terminal: never, error: {own: x.desk.order == a}}
+  B: wait
+  C: wait
+  P: wait
 modes:
   W: {states: [I], error: {outer: x.desk.order == a}}
   I: {states: [A], error: {inner: "x.desk.order in {a, b}"}}

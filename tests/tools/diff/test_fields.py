@@ -53,6 +53,7 @@ def texts() -> Iterator[str]:
 _MOST = 4
 """Parts of one system of which a field is changed: some are used by nobody."""
 
+CALLS = "calls are compared with arguments in place of parameters"
 FOLLOWS = "what it follows from is compared"
 NOT_COMPARED = {
     "System.file": "two files are compared",
@@ -67,6 +68,10 @@ NOT_COMPARED = {
     "Port.interface": "its elements are compared",
     "Behaviour.is_complete": FOLLOWS,
     "Function.is_complete": FOLLOWS,
+    "Behaviour.generic": CALLS,
+    "Behaviour.arguments": CALLS,
+    "Function.generic": CALLS,
+    "Subsystem.generics": CALLS,
     "Behaviour.assignments": FOLLOWS,
     "Transition.is_otherwise": "its condition is compared",
     "Assignment.trace": "that of its function is told",

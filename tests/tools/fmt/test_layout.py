@@ -1,6 +1,8 @@
 """The canonical layout, rule by rule."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from specc.tools.fmt import format_text
 
@@ -118,3 +120,66 @@ def test_rows_of_several_states_are_cells_of_the_table() -> None:
 def test_aliases_stay_behind_their_anchors() -> None:
     text = "title: &t demo\nsystem: *t\nspecc: 1\n"
     assert format_text(text).index("&t") < format_text(text).index("*t")
+
+
+STATES = "looking, approaching, lifting, carrying, lowering, leaving"
+
+
+def formatted_rows(*rows: str) -> list[str]:
+    text = format_text("subsystem:\n  transitions:\n" + "".join(f"  - {row}\n" for row in rows))
+    assert format_text(text) == text
+    lines = text.splitlines()[2:]
+    assert all(len(line) <= 100 for line in lines)
+    return [line.removeprefix("    ") for line in lines]
+
+
+def test_rows_with_the_longest_cells_are_not_aligned_where_a_table_is_too_wide() -> None:
+    assert formatted_rows(
+        f"[[{STATES}], error, always, failed]",
+        "[looking, terminal, the_object_is_in_sight, approaching]",
+        "[[approaching, lifting], terminal, otherwise, failed] # beside",
+    ) == [
+        f"- [[{STATES}], error, always, failed]",
+        "- [looking,                terminal, the_object_is_in_sight, approaching]",
+        "- [[approaching, lifting], terminal, otherwise,              failed] # beside",
+    ]
+
+
+def test_a_row_that_is_too_long_goes_on_on_the_next_line() -> None:
+    rows = formatted_rows(
+        f"[[{STATES}, {STATES.upper()}], error, the_operator_stops_all_of_them, failed] # why",
+        "[looking, terminal, always, approaching]",
+    )
+    assert rows == [
+        f"- [[{STATES}, LOOKING, APPROACHING, LIFTING,",
+        "    CARRYING, LOWERING, LEAVING], error, the_operator_stops_all_of_them, failed] # why",
+        "- [looking, terminal, always, approaching]",
+    ]
+
+
+def test_a_table_that_fits_is_aligned_even_with_long_cells() -> None:
+    rows = formatted_rows(
+        "[[looking, approaching, lifting, carrying, lowering], error, always, failed]",
+        "[failed, terminal, always, looking]",
+    )
+    assert len({row.index("always") for row in rows}) == 1
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.lists(st.integers(1, 30), min_size=1, max_size=8),
+            *[st.integers(1, 60)] * 2,
+            st.integers(1, 30),
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_no_table_is_wider_than_a_page(rows: list[tuple[list[int], int, int, int]]) -> None:
+    formatted_rows(
+        *(
+            f"[[{', '.join('s' * n for n in states)}], {'c' * cause}, {'w' * when}, {'t' * to}]"
+            for states, cause, when, to in rows
+        )
+    )

@@ -74,6 +74,7 @@ def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]
     for old, new, label in (
         ("if present(x.rover.mode)", "if present(x.rover.|)", "mode"),
         ('x: {rover: "Report[W]"}', "x: {rover: |}", "Report"),
+        ('x: {rover: "Report[W]"}', "x: {rover: |}", "same"),
         ('x: {rover: "Report[W]"}', 'x: {rover: "Report[|"}', "W"),
         ("{tell: {y.base.mode: slow,", "{tell: {|,", "y.base.mode"),
     ):
@@ -122,3 +123,65 @@ def test_a_reader_of_many_is_understood() -> None:
     assert found.symbol.place.route == ("agents", "robots")
     assert analysis.index.occurrences(path)
     assert features.hover(project, path, place(text, "kno|wn: all(")) is not None
+
+
+SAME = SYSTEM.replace('x: {rover: "Report[W]"}', "x: {rover: END}").replace(
+    'y: {base: "Report[W]"}', 'y: {base: {X: "pose[W, W]", mode: {title: pace, type: Mode}}}'
+)
+
+
+@pytest.mark.parametrize(
+    ("end", "declared", "count"),
+    [
+        ("same", "|mode: {title", 4),
+        ("{is: same, mode: {init: slow}}", "|mode: {init", 5),
+    ],
+)
+def test_an_end_that_is_same_has_the_elements_of_the_other(
+    end: str, declared: str, count: int, tmp_path: Path
+) -> None:
+    text = SAME.replace("END", end)
+    analysed, path = edited(tmp_path / "pair.yaml", text)
+    index = analysed.analyse(path).index
+    used = place(text, "last: x.rover.mo|de if")
+    found = index.name_at(path, used)
+    assert found is not None
+    assert index.offsets(found.symbol.place)[0] == place(text, declared)
+    assert len({o.start for _, o in index.occurrences_of(found.symbol.declarations)}) == count
+    hover = features.hover(analysed, path, used)
+    assert hover is not None
+    assert "from rover.c to base.c" in hover.text
+    assert len(features.rename_at(analysed, path, used, "gait")) == count
+    typed = text.replace("present(x.rover.mode)", "present(x.rover.)")
+    analysed.put(path, typed)
+    labels = features.completions(analysed, path, place(typed, "present(x.rover.|)"))
+    assert {"mode", "X"} <= {completion.label for completion in labels}
+
+
+HOIST = """\
+specc: 1.2
+system: hoist
+agents:
+  hoist:
+    real_effectors:
+      lift: {x: {h_d: {type: int, safe: 0}}, y: {h: {type: int, init: 0}}, through: 50 Hz}
+    control:
+      rate: 10 Hz
+      through: {y.lift.h_d: x.lift.h + 1}
+"""
+
+
+def test_a_device_that_is_passed_on_is_known_to_its_agent(tmp_path: Path) -> None:
+    analysed, path = edited(tmp_path / "hoist.yaml", HOIST)
+    for marked, declared, count in (
+        ("{y.lift.h_|d: x", "{x: {|h_d: {type", 2),
+        (": x.lift.|h +", "y: {|h: {type", 2),
+        (": x.li|ft.h +", "|lift: {x: {h_d", 3),
+    ):
+        found = analysed.analyse(path).index.name_at(path, place(HOIST, marked))
+        assert found is not None
+        assert found.symbol.place.route
+        start = analysed.analyse(path).index.offsets(found.symbol.place)[0]
+        assert start == place(HOIST, declared)
+        assert features.hover(analysed, path, place(HOIST, marked)) is not None
+        assert len(features.rename_at(analysed, path, place(HOIST, marked), "other")) == count

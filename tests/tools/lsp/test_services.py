@@ -215,7 +215,7 @@ def test_no_call_where_none_is_written(tmp_path: Path) -> None:
 def test_every_function_of_the_language_has_its_signature() -> None:
     for name in BUILTIN_NAMES:
         text = f'specc: 1\nconstants: {{a: "{name}('
-        found = signature((), text, len(text))
+        found = signature((), (), text, len(text))
         assert found is not None, name
         assert found.label.startswith(f"{name}(")
 

@@ -1,0 +1,92 @@
+"""All calls of a behaviour are one method, whose parameters are what the behaviour declares."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from specc.emit import fill_templates
+from specc.lower import lower
+from specc.pipeline import compile_spec
+from tests.soundness.agreement import differences
+from tests.soundness.interpreter import Interpreter
+from tests.soundness.running import built, executed
+
+SPEC = """\
+specc: 1.2
+system: calls
+constants: {far: 99}
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      x: {two: {seen: int}}
+      y: {two: {told: int}}
+      memory: {n: {type: int, init: 3}, k: {type: int, init: 1}}
+      let: {twice: 2 * n}
+      functions:
+        swap: {n: "min(k, 99)", k: "min(n, 99)"}
+        put: {signature: "(a: int, b: int)", y.two.told: a, k: b if entered else k}
+        add: {signature: "(by: int)", n: "min(n + by, 99)"}
+      behaviours:
+        go:
+          signature: "(to: int, by: int)"
+          title: Count to a number
+          functions: [add(to), "put(a: to, b: by + k)"]
+          terminal: {when: n > to}
+          error: {when: "elapsed > 0.5[s]"}
+        rest: {functions: [swap], terminal: always}
+      states:
+        first: "go(by: x.two.seen if present(x.two.seen) else n, to: far)"
+        again: go(twice + k, 2)
+        idle: rest
+      initial_state: first
+      transitions:
+        - [first, terminal, always, idle]
+        - [first, error, always, again]
+        - [again, terminal, always, idle]
+        - [again, error, always, idle]
+        - [idle, terminal, always, first]
+  two:
+    control:
+      rate: 10 Hz
+      x: {one: {told: int}}
+      y: {one: {seen: int}}
+      memory: {m: {type: int, init: 1}}
+      states:
+        see:
+          functions: [{y.one.seen: m, m: "min(m + 1, 9)"}]
+          terminal: {when: present(x.one.told) and m > 5}
+      initial_state: see
+      transitions: [[see, terminal, always, see]]
+"""
+METHOD = '''\
+    def _go(self, to: int, get_by: Callable[[], int]) -> None:
+        """Count to a number."""
+        y = self.y
+        memory = self.memory
+        y.two_told = to
+        memory.k = get_by() + memory.k if self._periods == 0 else memory.k
+        memory.n = min(memory.n + to, 99)
+'''
+
+
+def test_calls_are_one_method(tmp_path: Path) -> None:
+    path = tmp_path / "calls.yaml"
+    path.write_text(SPEC, encoding="utf-8")
+    result = compile_spec(str(path))
+    assert result.ok, result.diagnostics
+    assert result.system is not None
+    text = fill_templates(lower(result.system, result.proofs))["one_c.py"]
+    assert METHOD in text
+    assert text.count("self._go(twice + memory.k, lambda: 2)") == 2
+    assert text.count("  # go.error") == 2
+    assert text.count("def _go") == 1
+
+    def nothing(name: str, tick: int) -> object:
+        raise AssertionError(name)
+
+    expected = Interpreter(result.system, {}, nothing).run(60)
+    assert {step.state for step in expected.steps["one.c"]} == {"first", "again", "idle"}
+    for proofs in (None, result.proofs):
+        with built(result.system, proofs) as made:
+            assert differences(expected, executed(made, None, 60)) == []
