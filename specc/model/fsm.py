@@ -233,6 +233,11 @@ class Transition:
     """The mode around `source` that the row of the file names; "" if it names the state."""
 
     @property
+    def identity(self) -> object:
+        """The same for a row in a whole system and for that of a subsystem alone."""
+        return self.place, self.source, self.cause, self.target
+
+    @property
     def written(self) -> tuple[Place, str]:
         """The same for rows that one row of the file stands for in the states of one mode, and for
         those by which it resumes one in its states.

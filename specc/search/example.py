@@ -276,13 +276,20 @@ def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> I
                     leaf, value, at, with_freshness=leaf.key in tested_for_freshness
                 )
             case m.Clock():
-                yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
+                yield f"`elapsed` = {_duration(at.periods, meaning)}"
+            case m.MemoryRef(name=name) if name.startswith("periods("):
+                time = name.replace("periods", "elapsed", 1)
+                yield f"`{time}` = {_duration(at.memory[name], meaning)}"
             case _:
                 try:
                     text = value_text(meaning.value(leaf, at), leaf.type)
                 except NO_VALUE:
                     continue  # without a value it does not matter
                 yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
+
+
+def _duration(periods: int, meaning: Interpreter) -> str:
+    return f"{number(float(f'{periods * meaning.period_s:.9g}'))} s"
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
