@@ -18,6 +18,19 @@ TIMED = (
 FUNCTIONS = ("{k} + 1 if entered({m}) else {k}", "1 if elapsed({m}) > {t}[s] else {k}")
 
 
+NARROW = ("elapsed({m}) < {t}[s]", "not elapsed({m}) > {t}[s] or k > 3", "entered({m}) or k < 4")
+
+
+def narrow_rows(rng: Random, control: Tree) -> None:
+    """Let some rows that always apply depend on the time of a mode."""
+    initial = control["conditions"].setdefault("initial", {})
+    for row in control["transitions"]:
+        if row[2] == "always" and rng.randrange(3) == 0:
+            row[2] = f"narrow{len(initial)}"
+            mode, time_s = rng.choice([*control["modes"]]), round(rng.uniform(0.1, 2), 2)
+            initial[row[2]] = rng.choice(NARROW).format(m=mode, t=time_s)
+
+
 def add_modes(rng: Random, control: Tree, *, longest_s: float, count: str = "k") -> None:
     """Put the states of a machine into one or two modes, and let rows leave and resume them."""
     states = [*control["states"]]
