@@ -351,8 +351,9 @@ def paths_of(system: System | None) -> Paths:
         paths.add((agent.name,), agent.place)
         for subsystem in agent.subsystems:
             path: NamePath = (subsystem.agent, subsystem.name)
-            names: list[NamePath] = [(memory.name,) for memory in subsystem.memory]
+            names: list[NamePath] = [(m.name,) for m in subsystem.memory if m.name.isidentifier()]
             names += [(STATE, state.name) for state in subsystem.states]
+            names += [(STATE, mode.name) for mode in subsystem.modes]
             for port in subsystem.ports:
                 names += [(port.direction, port.peer, element.name) for element in port.elements]
             paths.known |= {path: None} | {(*path, *name): None for name in names}
