@@ -27,7 +27,7 @@ from specc.lang import (
     expression,
 )
 from specc.lang.errors import Declaration
-from specc.lower.module import lag_slots
+from specc.lower.module import lag_slots, live_slots
 from specc.model import expr as e
 from specc.model.system import types_used
 from specc.model.types import Enum, Real, Type
@@ -74,14 +74,16 @@ class Stepped:
             constants={c.name: Declaration(c.value.type, c.place, c.value) for c in constants},
             enums=enums_by_member(type_ for type_ in every if isinstance(type_, Enum)),
         )
-        self._environment = _environment({c.name: c.value for c in constants})
+        self._environment = _environment({c.name: c.initial or c.value for c in constants})
         self._methods = {state: method for state, (*_, method) in layout.ends.items()}
         of_inputs = {(e.name[0], e.name[1]): e.attribute for e in layout.x}
         self._x = {
             f"x.{peer}.{name}": (of_inputs[peer, name], item.type)
             for (peer, name), item in self._model.inputs.items()
         }
-        self._lags = lag_slots(self._model, of_inputs)
+        slots = live_slots(system, self._model).items()
+        live = {name: (each.attribute, each.constant.value.type) for name, each in slots}
+        self._beside = lag_slots(self._model, of_inputs) | live
         self._y = {".".join(("y", *element.name)): element.attribute for element in layout.y}
         of_memory = {element.name[0]: element.attribute for element in layout.memory}
         self._memory = {m.name: (of_memory[m.name], m.type) for m in self._model.memory}
@@ -101,6 +103,7 @@ class Stepped:
         What `arrives` is fresh, what is `there` has a value without being fresh, what is `absent`
         has none any more. All else keeps its value and is not fresh. How old an input is, and how
         late its sender, is among what is `there`, if anything asks: `age(x.c.T_d)`, `late(...)`.
+        So is a constant that may change, by its name.
 
         Raises:
             ValueError: a name that is no input, or a text that is no value of its type.
@@ -173,7 +176,7 @@ class Stepped:
             raise ValueError(f"{given!r} has no value here: {error}") from None
 
     def _inputs(self, values: Values) -> dict[str, Any]:
-        slots = {name: self._lags.get(name) or _known(self._x, name) for name in values}
+        slots = {name: self._beside.get(name) or _known(self._x, name) for name in values}
         return {slot: self.value(values[name], type_) for name, (slot, type_) in slots.items()}
 
 

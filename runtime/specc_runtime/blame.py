@@ -38,6 +38,7 @@ class Blame:
         subsystem = track.runner.subsystem
         fault.stamp, fault.time_s = track.stamp, track.started_tick * tick_s
         fault.subsystem, fault.state = track.name, subsystem.state
+        fault.modes = subsystem.modes.get(fault.state, ())
         element = getattr(fault, "element", "")
         for output in self._plant.outputs:
             if (output.subsystem, output.actuator) == (track.name, fault.device):
@@ -58,6 +59,7 @@ class Blame:
             if last is None:
                 continue
             fault.subsystem, fault.state = track.name, last.state
+            fault.modes = track.runner.subsystem.modes.get(fault.state, ())
             fault.stamp, fault.time_s = last.stamp, last.time_s
             fault.origin = self.origin(track.runner.subsystem, last.state, element)
             fault.inputs = fault.inputs or {"command": dict(last.sent).get(element)}
@@ -71,4 +73,5 @@ class Blame:
             if item.sensor == device and not fault.subsystem:
                 track = self._tracks[item.subsystem]
                 fault.subsystem, fault.state = track.name, track.runner.subsystem.state
+                fault.modes = track.runner.subsystem.modes.get(fault.state, ())
                 fault.stamp = track.stamp + 1

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from specc_runtime.clock import WallClock
+from specc_runtime.live import Change
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, write
 from specc_runtime.snapshot import Values
@@ -40,6 +41,9 @@ class Recording(Protocol):
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
         """Called now and then between two ticks with what gives a snapshot."""
+
+    def changed(self, change: Change, time_s: float) -> None:
+        """Called when a constant changes."""
 
 
 class Companion(Protocol):

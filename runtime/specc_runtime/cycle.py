@@ -6,7 +6,7 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any, cast
 
@@ -17,6 +17,7 @@ from specc_runtime.clock import WallClock
 from specc_runtime.distortion import Distortable, Distortion
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
+from specc_runtime.live import PROGRAM, TASK, Change, LiveConstants
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
@@ -60,12 +61,13 @@ class Executor:
         timing: Timing | None = None,
         processes: Processes | None = None,
         at_rest: Callable[[], None] = lambda: None,
+        changed: Callable[[Change], None] = lambda _: None,
     ) -> None:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
 
         `processes` compute some of the subsystems. `timing` says how the ticks follow a clock;
         without one time is simulated. `at_rest` is called about every `REST_S` of simulated time,
-        when nothing is under way.
+        when nothing is under way, `changed` with each change of a constant that may change.
 
         Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
         code that does not test all rows.
@@ -112,6 +114,9 @@ class Executor:
         self._blame = Blame(system, self._tracks)
         self._due = Due(due, self._tracks, self._sensors, system.tick_s)
         self._at_rest = at_rest
+        inboxes = {name: track.runner.inbox for name, track in self._tracks.items()}
+        self.live = LiveConstants(system.live, inboxes)
+        self._changed = changed
         self._rest = len(due) * max(1, round(REST_S / (len(due) * self._tick_s)))
 
     @property
@@ -207,6 +212,8 @@ class Executor:
     def _begin(self, due: Iterable[Track], sensors: Iterable[Sensor]) -> None:
         """Sample, begin the steps that are due and let a tick pass; raises what a plant raises."""
         time_s = self.time_s
+        for change in self.live.begin(self.tick):
+            self._changed(change)
         for sensor in sensors:
             sensor.update(time_s)
         if self._onlooker is not None:
@@ -214,6 +221,7 @@ class Executor:
         for track in due:
             for port in track.ports:
                 port.deliver()
+            self.live.deliver(track.name)
         self._start(due)
         self._let_pass(1)
 
@@ -299,6 +307,18 @@ class Executor:
                     setattr(part, name, state[name])
                 elif hasattr(part, name):
                     delattr(part, name)
+
+    def set_constant(self, name: str, value: float) -> None:
+        """Change a constant that may change; all subsystems see it from the next base tick on.
+
+        Raises ValueError for another constant, and for a value that is not within its range.
+        """
+        self.live.ask(name, value, PROGRAM)
+
+    def adjust(self, values: Mapping[str, float]) -> None:
+        """Change constants as the task says."""
+        for name, value in values.items():
+            self.live.ask(name, self.live.whole(name, value), TASK)
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""

@@ -40,7 +40,10 @@ class Disturbable(Protocol):
 
 
 class DeviceReaders(Protocol):
-    """What reads the elements of devices."""
+    """What reads the elements of devices, and has the constants that may change."""
+
+    def adjust(self, values: Mapping[str, float]) -> None:
+        """Change constants that may change."""
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element have no samples from now on, or have them again."""
@@ -82,6 +85,8 @@ def _distort(now: Now) -> None:
 class Verb:
     """How a verb is done: `once`, to all names with a number each, or as long as it `lasts`.
 
+    `once` takes the plant, or what reads devices if it is not done `on_plant`.
+
     What lasts is brought about for each name where it begins and where it is over. Without
     `on_plant` it needs no `Disturbable`; what a plant `forgets` is done again once it is restored.
     """
@@ -100,6 +105,7 @@ VERBS = {
     "silent": Verb(lasts=_silence, on_plant=False),
     "scale": Verb(lasts=_distort, on_plant=False),
     "bias": Verb(lasts=_distort, on_plant=False),
+    "adjust": Verb(once=lambda readers, values: readers.adjust(values), on_plant=False),
 }
 """All that a disturbance can do; the compiler has `specc.model.task.VERBS`."""
 
@@ -186,7 +192,8 @@ class Disturbances:
         for name, verb in VERBS.items():
             names = [deed.name for deed in each.what.deeds if deed.verb == name]
             if verb.once is not None and names:
-                verb.once(self._plant, {of: each.now.of[name, of][0] for of in names})
+                done_to = self._plant if verb.on_plant else self._devices
+                verb.once(done_to, {of: each.now.of[name, of][0] for of in names})
         self._act(each)
 
     def _act(self, each: _Course, *, again: bool = False) -> None:

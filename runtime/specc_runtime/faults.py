@@ -24,15 +24,17 @@ _OWN = "specc_runtime"
 class Fault(Exception):
     """Why a run cannot go on. Every kind has the same record; what does not apply is empty.
 
-    `culprit` is who is to blame; `subsystem`, `state`, `stamp` (-1 outside of steps) and `time_s`
-    are of the step that failed, `origin` is what was being computed, `inputs` what that was given
-    and `place` where an exception was raised; `device` is the element of a device in question.
+    `culprit` is who is to blame; `subsystem`, `state`, `modes` (those around the state, the
+    innermost first), `stamp` (-1 outside of steps) and `time_s` are of the step that failed,
+    `origin` is what was being computed, `inputs` what that was given and `place` where an exception
+    was raised; `device` is the element of a device in question.
     """
 
     def __init__(self, subsystem: str, state: str, message: str, culprit: str = "") -> None:
         super().__init__(message)
         self.subsystem = subsystem
         self.state = state
+        self.modes: tuple[str, ...] = ()
         self.message = message
         self.culprit = culprit or (f"subsystem {subsystem}" if subsystem else "")
         self.stamp = -1
@@ -47,7 +49,8 @@ class Fault(Exception):
         if not self.subsystem:
             names_it = self.message.startswith(self.culprit)
             return self.message if names_it else f"{self.culprit}: {self.message}"
-        where = f"{self.subsystem} in {self.state or 'its first period'}"
+        state = " in ".join((self.state, *self.modes)) or "its first period"
+        where = f"{self.subsystem} in {state}"
         at = f" at {self.time_s:.4f} s (stamp {self.stamp})" if self.stamp >= 0 else ""
         return f"{where}{at}: {self.message}"
 
@@ -58,6 +61,7 @@ class Fault(Exception):
             "culprit": self.culprit,
             "subsystem": self.subsystem,
             "state": self.state,
+            **({"modes": list(self.modes)} if self.modes else {}),
             "stamp": self.stamp,
             "time_s": self.time_s,
             "message": self.message,
@@ -90,7 +94,9 @@ class UndecidedTransition(Fault):
         applying = (
             f"{len(rows)} of its rows apply: {enabled}" if rows else "none of its rows applies"
         )
-        super().__init__(subsystem, state, f"{cause} condition holds; {applying}")
+        is_named = cause not in ("terminal", "error")
+        condition = f"error condition {cause}" if is_named else f"{cause} condition"
+        super().__init__(subsystem, state, f"{condition} holds; {applying}")
         self.cause = cause
         self.rows = tuple(rows)
         self.row = enabled

@@ -78,6 +78,14 @@ class Tally:
             spent_s[self.state] = spent_s.get(self.state, 0.0) + until_s - self.since_s
         return dict(sorted(spent_s.items()))
 
+    def time_in_modes(self, until_s: float) -> dict[str, float]:
+        """Seconds in each mode until then, in order of the modes' names."""
+        spent_s: dict[str, float] = {}
+        for state, time_s in self.time_in_states(until_s).items():
+            for mode in self.subsystem.modes.get(state, ()):
+                spent_s[mode] = spent_s.get(mode, 0.0) + time_s
+        return dict(sorted(spent_s.items()))
+
     @property
     def steps(self) -> int:
         """Committed steps."""
@@ -197,11 +205,12 @@ class Report:
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
-    rad, `disturbances` when each began, `requirements` what became of those of the system,
-    `unobserved` why something could not be observed, `clipped` which elements were commanded what
-    their actuators cannot do, `other_commanders` who else sent on topics that the run commands,
-    `stop_when` when the formula that ends the run held first, and
-    `real_time` how a run followed the clock; these nine are left out where there are none.
+    rad, `disturbances` when each began, `changes` the values that constants got meanwhile,
+    `requirements` what became of those of the system, `unobserved` why something could not be
+    observed, `clipped` which elements were commanded what their actuators cannot do,
+    `other_commanders` who else sent on topics that the run commands, `stop_when` when the formula
+    that ends the run held first, and
+    `real_time` how a run followed the clock; these ten are left out where there are none.
     """
 
     spec: str
@@ -223,6 +232,7 @@ class Report:
     scene: dict[str, float] = field(default_factory=dict)
     requirements: list[dict[str, Any]] = field(default_factory=list)
     disturbances: list[dict[str, Any]] = field(default_factory=list)
+    changes: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
     clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
     other_commanders: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -233,7 +243,7 @@ class Report:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
-            *("set", "scene", "requirements", "disturbances", "unobserved"),
+            *("set", "scene", "requirements", "disturbances", "changes", "unobserved"),
             *("clipped", "other_commanders", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}
@@ -266,11 +276,14 @@ def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str,
     steps = tally.steps
     spent_s = tally.time_in_states(simulated_s).items() if tally.is_timed else ()
     rounded_s = {state: round(time_s, 9) for state, time_s in spent_s}
+    in_modes_s = tally.time_in_modes(simulated_s).items() if tally.is_timed else ()
+    modes_s = {mode: round(time_s, 9) for mode, time_s in in_modes_s}
     return {
         "steps": steps,
         "mean_step_us": 1e6 * busy_s / steps if steps else 0.0,
         "states_visited": tally.states_visited,
         **({"time_in_states_s": rounded_s} if tally.is_timed else {}),
+        **({"time_in_modes_s": modes_s} if modes_s else {}),
         "transitions_taken": tally.transitions_taken,
         "last_transitions": [asdict(transition) for transition in tally.recent],
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
 from specc_runtime.account import Account
@@ -16,6 +17,7 @@ from specc_runtime.disturbances import Disturbances
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
 from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
+from specc_runtime.live import Change
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
 from specc_runtime.placement import followed_data
 from specc_runtime.plant import Plant
@@ -85,6 +87,7 @@ class Session:
             timing=self._timing,
             processes=processes,
             at_rest=self._rest,
+            changed=self._changed,
         )
         self._plant = plant
         self._recorder = recorder
@@ -101,6 +104,25 @@ class Session:
         if self._recorder is not None and self._snapshot_tick > before:
             self._recorder.keep(self._executor.time_s, self.saved)
 
+    def set_constant(self, name: str, value: float) -> None:
+        """Change a constant that may change (`live`), while the run goes on or before it begins.
+
+        All subsystems see the value from the next base tick on. Any thread may call this.
+
+        Raises ValueError for another constant, and for a value that is not within its range.
+        """
+        self._executor.set_constant(name, value)
+
+    def schedule(self, changes: Sequence[Change]) -> None:
+        """Make changes of a recorded run again, at their ticks; others are left out."""
+        for change in changes:
+            with suppress(ValueError):  # of another specification
+                self._executor.live.ask(change.constant, change.value, change.by, change.tick)
+
+    def _changed(self, change: Change) -> None:
+        if self._recorder is not None:
+            self._recorder.changed(change, self._executor.time_s)
+
     def saved(self, values: Values) -> dict[str, Any]:
         """A snapshot, plain data; raises NotRecorded for what has none."""
         standing, tick = self._executor.standing, self._executor.tick
@@ -115,6 +137,7 @@ class Session:
             **self._account.saved(values),
             "disturbances": self._disturbances.saved(),
             "scene": self._scene,
+            **({"live": self._executor.live.saved()} if self._system.live else {}),
             "plant": saved_by("the plant", self._plant, is_lenient=values.is_lenient),
         }
 
@@ -140,6 +163,8 @@ class Session:
                 lost.append(f"{name}: is at its beginning: it was not recorded")
         lost += self._account.restore(saved, values, self._executor.tick, is_other=is_other)
         lost += self._disturbances.restore(saved["disturbances"])
+        if "live" in saved:
+            lost += self._executor.live.restore(saved["live"])
         begun_with = {str(name): float(value) for name, value in saved["scene"].items()}
         if begun_with != self._scene:
             lost.append("the scene is that of the recorded run")
@@ -243,6 +268,10 @@ class Session:
             scene=self._scene,
             requirements=account.requirements.as_data() if account.requirements else [],
             disturbances=self._disturbances.as_data(),
+            changes=[
+                asdict(change) | {"time_s": round(change.tick * self._system.tick_s, 9)}
+                for change in self._executor.live.changes
+            ],
             unobserved=account.unobserved,
             clipped=clipped_data(self._plant, self._system.tick_s),
             other_commanders=self._other_commanders(),

@@ -23,9 +23,13 @@ class Transition:
     cause: Cause
     condition: str
     target: str
+    resumes: str = ""
+    """The mode that it resumes."""
 
     def __str__(self) -> str:
-        return f"{self.source} {self.cause} {self.condition} -> {self.target}"
+        resumed = f" by resume({self.resumes})" if self.resumes else ""
+        named = "" if self.cause in ("terminal", "error") else "error "
+        return f"{self.source} {named}{self.cause} {self.condition} -> {self.target}{resumed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,8 @@ class Subsystem(ABC):
     """State -> the elements of `y` that its behaviour writes."""
     equations: ClassVar[Equations] = Equations()
     axioms: ClassVar[tuple[str, ...]] = ()
+    modes: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """State -> the modes around it, the innermost first."""
     timers: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """State -> the memory elements that count the periods of the modes around it."""
 

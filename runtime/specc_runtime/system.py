@@ -79,6 +79,35 @@ class PlantSpec:
 
 
 @dataclass(frozen=True, slots=True)
+class LiveConstant:
+    """A constant that may change within its bounds while the system runs, in SI units.
+
+    `initial` is its value at the start; `readers` are subsystems and the elements of their inputs
+    that have it.
+    """
+
+    name: str
+    initial: float
+    least: float
+    greatest: float
+    unit: str = ""
+    readers: tuple[tuple[str, str], ...] = ()
+
+    def checked(self, value: float) -> float:
+        """A value that it may get; raises ValueError for any other one."""
+        kind = type(self.initial)
+        allowed: tuple[type, ...] = (int,) if kind is int else (int, float)
+        if type(value) is bool or not isinstance(value, allowed):
+            what = "a whole number" if kind is int else "a number"
+            raise ValueError(f"{self.name} is {what}, and not {value!r}")
+        if not self.least <= value <= self.greatest:
+            unit = f" {self.unit}" if self.unit else ""
+            bounds = f"{self.least:g} to {self.greatest:g}{unit}"
+            raise ValueError(f"{self.name} is not {value:g}{unit}: its range is {bounds}")
+        return kind(value)
+
+
+@dataclass(frozen=True, slots=True)
 class Draw:
     """A number that the seed of a run decides: one of `values`, or anywhere `between` two of them.
 
@@ -177,6 +206,8 @@ class System:
     """Whether the code tests rows although they are proved, as a run in real time needs it."""
     ages: AgeRules | None = None
     """Where somebody asks how old values are."""
+    live: tuple[LiveConstant, ...] = ()
+    """Constants that may change while it runs."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -25,6 +25,7 @@ from specc.model.expr import (
     ConstantRef,
     Expr,
     FileRef,
+    Live,
     Member,
     MemoryRef,
     constant_names,
@@ -243,7 +244,7 @@ def constants_without_value(constants: Iterable[Constant]) -> Iterator[tuple[Con
     count = partial(spend_or_raise, "folding")
     for constant in constants:
         expr = constant.value
-        is_given = any(isinstance(node, (Call, FileRef)) for node in walk(expr))
+        is_given = any(isinstance(node, (Call, FileRef, Live)) for node in walk(expr))
         if is_given or has_unknown(expr) or not values.keys() >= set(constant_names(expr)):
             values.pop(constant.name, None)
             continue

@@ -18,10 +18,12 @@ from specc.model.expr import (
     Expr,
     Input,
     LetRef,
+    MemoryRef,
     Number,
     Truth,
     children,
     has_unknown,
+    negation,
 )
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
@@ -115,12 +117,19 @@ class Machine:
         return ValueRanges(self.subsystem, self.prover.numbering).invariants
 
     def _times_of_modes(self, state: str) -> Iterator[Expr]:
-        """What conditions of a state know of the modes around it: a period has passed in each."""
+        """What conditions of a state know of modes.
+
+        A period has passed in those around it, and none is in the first period after its entry.
+        """
         lets = {let.name: let.value.type for let in self.subsystem.lets}
         for name in (f"elapsed({mode})" for mode in self.subsystem.state(state).modes):
             if name in lets:
                 period = Number(float(1 / self.subsystem.rate_hz), type=lets[name])
                 yield Compare(">=", LetRef(name, type=lets[name]), period, type=Bool())
+        memory = {item.name for item in self.subsystem.memory}
+        for name in (f"entered({mode.name})" for mode in self.subsystem.modes):
+            if name in memory:
+                yield negation(MemoryRef(name, type=Bool()))
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         given = {constant.name for constant in self.subsystem.constants}
@@ -290,9 +299,9 @@ class Machine:
         """The states that it can enter; all of them if the edges are unknown."""
         if not self.subsystem.has_initial_state or not self.has_known_edges:
             return frozenset(state.name for state in self.subsystem.states)
-        # A way back into a mode leads only to states that were entered before.
-        entering = grouped((s.row.source, s) for s in self.edges if not s.row.is_return)
-        return reachable_from(self.subsystem.initial_state, entering)
+        # The first row that enters a state is none that goes back to it.
+        leaving = grouped((s.row.source, s) for s in self.edges if not s.row.is_return)
+        return reachable_from(self.subsystem.initial_state, leaving)
 
     def is_on_cycle(self, state: str) -> bool:
         """Whether a path leads from a state back to it."""

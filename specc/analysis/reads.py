@@ -16,6 +16,7 @@ from specc.model.expr import (
     Input,
     Lag,
     LetRef,
+    Live,
     MemoryRef,
     Present,
     Truth,
@@ -117,6 +118,48 @@ def inputs_tested_for_arrival(subsystem: Subsystem) -> frozenset[InputName]:
     return frozenset(node.input.key for node in nodes(subsystem) if isinstance(node, Fresh))
 
 
+def live_constants(system: System, subsystem: Subsystem) -> list[Constant]:
+    """The constants that may change and that a subsystem reads, or shows to formulas.
+
+    One that formulas alone read is shown by the fastest subsystems.
+    """
+    changing = [constant for constant in system.constants if constant.initial is not None]
+    if not changing:
+        return []
+    read = _live_in(subsystem, system)
+    if subsystem.rate_hz == max(each.rate_hz for each in system.subsystems):
+        shown = live_in_formulas(system)
+        others = (_live_in(each, system) for each in system.subsystems) if shown else ()
+        read |= shown - frozenset[str]().union(*others)
+    return [constant for constant in changing if constant.name in read]
+
+
+def live_in_formulas(system: System) -> frozenset[str]:
+    """The constants that may change and that formulas about runs name."""
+    parts = (part for item in system.formulas for part in expressions_in(item.formula))
+    shared = {constant.name: constant.value for constant in system.constants}
+    return live_names((node for part in parts for node in walk(part)), shared)
+
+
+def _live_in(subsystem: Subsystem, system: System) -> frozenset[str]:
+    constants = (*system.constants, *subsystem.constants)
+    given = (node for b in subsystem.behaviours for each in b.arguments for node in walk(each))
+    every = chain(nodes(subsystem), given)
+    return live_names(every, {each.name: each.value for each in constants})
+
+
+def live_names(nodes: Iterable[Expr], constants: Mapping[str, Expr]) -> frozenset[str]:
+    """The constants that may change and that nodes of expressions name, also through others."""
+
+    def behind(node: Expr) -> Iterable[Expr]:
+        if isinstance(node, ConstantRef) and node.is_live and node.name in constants:
+            return walk(constants[node.name])
+        return ()
+
+    named: Iterable[Expr] = (node for node in nodes if isinstance(node, (Live, ConstantRef)))
+    return frozenset(node.name for node in reachable(named, behind) if isinstance(node, Live))
+
+
 @dataclass(frozen=True, slots=True)
 class Dependence:
     """What the value of an expression depends on.
@@ -130,10 +173,15 @@ class Dependence:
     memory: frozenset[str] = frozenset()
     constants: frozenset[str] = frozenset()
     is_stable: bool = True
-    """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
+    """It changes with the memory only.
+
+    No input, clock, constant that may change, or variable of a quantifier is in it.
+    """
     has_clock: bool = False
     has_lag: bool = False
     """How far an input is behind is in it, which changes without anything new."""
+    has_live: bool = False
+    """A constant is in it that may change while something runs."""
     has_literal: bool = False
     """`True` or `False` is in it."""
 
@@ -156,8 +204,11 @@ class Dependences:
         match expr:
             case MemoryRef(name=name):
                 return Dependence(memory=frozenset((name,)))
-            case ConstantRef(name=name):
-                return Dependence(constants=frozenset((name,)))
+            case ConstantRef(name=name, is_live=changes):
+                named = frozenset((name,))
+                return Dependence(constants=named, is_stable=not changes, has_live=changes)
+            case Live():
+                return Dependence(is_stable=False, has_live=True)
             case Truth():
                 return Dependence(has_literal=True)
             case Clock(name="elapsed" | "entered"):
@@ -203,6 +254,7 @@ class Dependences:
             all(part.is_stable for part in parts),
             any(part.has_clock for part in parts),
             any(part.has_lag for part in parts),
+            any(part.has_live for part in parts),
             any(part.has_literal for part in parts),
         )
 

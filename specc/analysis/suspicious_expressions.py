@@ -10,13 +10,14 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Any, Literal
 
 from specc.analysis.reads import Dependences, ExpressionText, text_of, texts, texts_of_system
 from specc.lang import ranges
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.evaluate import range_of
+from specc.lang.evaluate import Environment, evaluate, range_of
 from specc.lang.functions import BuiltinFunction
 from specc.lang.ranges import Range
 from specc.lang.values import SIGNS
@@ -31,7 +32,9 @@ from specc.model.expr import (
     ConstantRef,
     Expr,
     Items,
+    LazyByDependence,
     LetRef,
+    Live,
     Logic,
     MemoryRef,
     Offsets,
@@ -39,6 +42,7 @@ from specc.model.expr import (
     Unary,
     children,
     has_unknown,
+    is_live,
     walk,
 )
 from specc.model.fsm import Assignment
@@ -46,6 +50,7 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.model.types import Real, Vector
 from specc.model.units import RADIAN
 from specc.proof import Depths, Numbering
+from specc.reachable import reachable
 from specc.source import Place
 
 
@@ -120,6 +125,8 @@ def evaluated_parts(whole: Expr, answer: Callable[[Expr], Answer]) -> Iterator[E
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
+_MOST_LIVE = 4
+"""Constants that may change in an expression whose values are looked at."""
 _QUATERNION = 4
 """Components of one; an axis has three."""
 _ONE = -1
@@ -147,6 +154,7 @@ class SuspiciousExpression:
         "itself",
         "unchanged",
         "fails",
+        "fails in range",
     ]
     expr: Expr
     text: ExpressionText
@@ -183,6 +191,7 @@ class SuspiciousExpressions:
             self._named |= {(MemoryRef, item.name): item for item in unwritten}
         else:
             every = tuple(texts_of_system(owner))
+        self._has_live = any(is_live(constant.value) for constant in own)
         self._constants = {constant.place for constant in owner.constants}
         self._lets = {item.place for item in lets}
         self._found: list[SuspiciousExpression] = []
@@ -233,6 +242,8 @@ class SuspiciousExpressions:
             self._check_difference(text, expr)
         if (why := failure(expr, self._value)) and self._is_surely_evaluated(text, expr):
             self._add("fails", text, expr, expr, why=why)
+        elif (why := self._failure_in_range(expr)) and self._is_surely_evaluated(text, expr):
+            self._add("fails in range", text, expr, expr, why=why)
         self._check_itself(text, expr, bound)
         for child in children(expr):
             inside = bound
@@ -273,7 +284,7 @@ class SuspiciousExpressions:
 
     def _check_tolerances(self, text: ExpressionText, near: Builtin) -> None:
         for limit, is_angle in zip(near.args[2:], (False, True), strict=False):
-            value = self._value(limit)
+            value = self._least(limit) if self._value(limit) is None else self._value(limit)
             kind = "tolerance" if value is not None and value <= 0 else "angle" if is_angle else ""
             if value is not None and kind and (value <= 0 or value >= _ANGLE_OF_ALL):
                 self._add(kind, text, near, limit, origin=self._origin(text, limit), number=value)
@@ -390,6 +401,54 @@ class SuspiciousExpressions:
         value = self._value(expr)
         return None if value is None else ranges.range_of_value(value)
 
+    # Constants that may change: what they make of an expression at the ends of their ranges.
+
+    def _failure_in_range(self, expr: Expr) -> str:
+        """Why an operation has no result for some values of the constants that may change."""
+        if not isinstance(expr, (Binary, Builtin)) or not self._may_change(expr):
+            return ""
+        corners = [partial(self._value_at, corner) for corner in self._corners(expr)]
+        found = (failure(expr, value) for value in corners)
+        if why := next(filter(None, found), ""):
+            return why
+        if isinstance(expr, Binary) and expr.op == "/":
+            divisors = [value(expr.right) for value in corners]
+            known = [divisor for divisor in divisors if divisor is not None]
+            if known and min(known) < 0 < max(known):
+                return no_value(ZeroDivisionError())
+        return ""
+
+    def _may_change(self, expr: Expr) -> bool:
+        return self._has_live and self._dependences.of(expr).has_live
+
+    def _least(self, expr: Expr) -> float | None:
+        """The least of the values that an expression of constants that may change is known for."""
+        if not self._may_change(expr):
+            return None
+        values = [self._value_at(corner, expr) for corner in self._corners(expr)]
+        return min((value for value in values if value is not None), default=None)
+
+    def _corners(self, expr: Expr) -> Iterator[Mapping[str, float]]:
+        """The ends of the ranges of the constants that may change, in all combinations."""
+        through = self._numbering.resolve
+        parts = reachable([through(expr)], lambda part: map(through, children(part)))
+        live = {part.name: (part.low, part.high) for part in parts if isinstance(part, Live)}
+        ends = product(*live.values()) if len(live) <= _MOST_LIVE else ()
+        return (dict(zip(live, each, strict=True)) for each in ends)
+
+    def _value_at(self, corner: Mapping[str, float], expr: Expr) -> float | None:
+        """What an expression of constants is worth there; None for others."""
+
+        def named(values: Mapping[str, Expr]) -> Mapping[str, Any]:
+            return LazyByDependence(values, lambda name: evaluate(values[name], env))
+
+        constants = {n: text_of(c).expr for (k, n), c in self._named.items() if k is ConstantRef}
+        env = Environment(live=corner, constants=named(constants), lets=named(self._numbering.lets))
+        try:
+            return float(evaluate(expr, env))
+        except (LookupError, ArithmeticError, ValueError, TypeError):
+            return None
+
     def _is_surely_evaluated(self, text: ExpressionText, part: Expr) -> bool:
         """Whether no constant decides that a part of a text is left out.
 
@@ -398,7 +457,7 @@ class SuspiciousExpressions:
         """
         begin, end = part.span
         by_name = any(each.span[0] < begin or each.span[1] > end for each in children(part))
-        if text.part in self._constants or by_name:
+        if (text.part in self._constants and not is_live(part)) or by_name:
             return False
         if text.part in self._lets:
             return not self._rests_on_constants(part)
@@ -463,7 +522,7 @@ def _in_all_copies(
     alike = Counter(_written(part.text, part.expr) for part in found)
     for part in found:
         key = _written(part.text, part.expr)
-        if alike[key] >= copies[key] or part.kind == "fails":
+        if alike[key] >= copies[key] or part.kind.startswith("fails"):
             yield part
 
 

@@ -152,6 +152,10 @@ class MemoryBounds:
         match expr:
             case MemoryRef() | LetRef():
                 return now.get(expr, ANY)
+            case ConstantRef(is_live=True) if (
+                value_now := self._numbering.resolve(expr)
+            ) is not expr:
+                return self._of(value_now, now)
             case Choice(test=test, then=then, otherwise=otherwise):
                 if_true = self._of(then, self._narrowed(now, test))
                 if_false = self._of(otherwise, self._narrowed(now, negation(test)))

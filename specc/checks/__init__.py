@@ -76,6 +76,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     scenes.starts_fit,
     scenes.disturbances_fit,
     scenes.silences_fit,
+    scenes.adjustments_fit,
     disturbances.draws_vary,
     disturbances.disturbances_do,
     disturbances.repetitions_are_apart,

@@ -263,6 +263,16 @@ def _unwritten(machine: Machine) -> Iterator[Diagnostic]:
         if item.name in unwritten:
             reading = [condition for condition, on in reads if item.name in on.memory]
             if reading:
+                if item.name.startswith("left("):
+                    mode = item.name.removeprefix("left(").removesuffix(")")
+                    yield Diagnostic(
+                        "W0623",
+                        f"no row leaves mode `{mode}`, which is resumed",
+                        item.place,
+                        "`resume` always enters its initial state",
+                        help="let a row lead to a state outside it, or enter it by its name",
+                    )
+                    continue
                 yield Diagnostic(
                     "W0623",
                     f"nothing writes memory element `{item.name}`, which conditions read",

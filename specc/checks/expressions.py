@@ -55,6 +55,7 @@ _CODES = {
     "itself": "W0333",
     "unchanged": "W0338",
     "fails": "W0340",
+    "fails in range": "W0340",
 }
 
 
@@ -81,7 +82,10 @@ def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
         for each in alike[:4]:
             text, expr = each.origin if each.kind == "bounds" else (each.text, each.causes[0])
             other, word = text.place(expr), "written" if each.kind == "bounds" else "used"
-            if each.kind not in ("itself", "unchanged", "fails") and other.route != place.route:
+            if (
+                each.kind not in ("itself", "unchanged", "fails", "fails in range")
+                and other.route != place.route
+            ):
                 related.append(Related(other, f"{word} here"))
         message, help = _words(alike[0])
         yield Diagnostic(code, message, place, "", tuple(related), help)
@@ -122,6 +126,9 @@ def _words(found: SuspiciousExpression) -> tuple[str, str]:
         case "fails":
             help = "write another number, or a condition under which it is computed"
             return f"`{first}` never has a value: {found.why}", help
+        case "fails in range":
+            help = "make the range smaller, or say under which condition it is computed"
+            return f"`{first}` has no value somewhere in the range: {found.why}", help
     return _same(found), "replace one of the two by what is meant"
 
 

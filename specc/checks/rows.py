@@ -232,6 +232,9 @@ def _with_one_row_less(group: SharedRows) -> str:
     other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
     also = " in each of these states" if group.others else ""
     if overlap.repair is None or overlap.repaired is None:
+        also += ": a row of a state does not replace one of its mode" * bool(
+            group.first.state.modes
+        )
         return f"delete one of the two rows{also}, {other}"
     which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
     name = rows[overlap.repaired].condition.name
@@ -249,21 +252,31 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
         sources, name = {row.source for row in subsystem.transitions}, subsystem.qualified_name
         states = [s for s in subsystem.states if s.name not in sources]
         yield from _missing_rows(subsystem, [s for s in states if (name, s.name) in without])
-    examples = facts.examples()
+    examples, groups = facts.examples(), dict[object, SharedRows]()
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
-            state, cause = decided.state, decided.cause
-            condition = state.behaviour.ending(cause)
+            condition = decided.state.behaviour.ending(decided.cause)
             ended = Witness((), answers=((condition.when, True),))
-            yield Diagnostic(
-                "E0603",
-                f"state `{state.name}` has no row for its {condition.kind} condition",
-                state.place,
-                f"can end {ending(state.behaviour, cause)}",
-                (Related(condition.place, f"the {condition.kind} condition"),),
-                f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-                example=examples.text(decided, ended, ""),
-            )
+            key = decided.subsystem.qualified_name, decided.cause, condition
+            if key in groups:
+                groups[key].others.append(decided)
+            else:
+                groups[key] = SharedRows(decided, decided, ended)
+    for group in groups.values():
+        state, cause = group.first.state, group.first.cause
+        condition = state.behaviour.ending(cause)
+        have, also = "has no row for its", ""
+        if group.others:
+            have, also = "have no row for their", ", to each of these states"
+        yield Diagnostic(
+            "E0603",
+            f"{group.states} {have} {condition.kind} condition",
+            state.place,
+            f"can end {ending(state.behaviour, cause)}",
+            (Related(condition.place, f"the {condition.kind} condition"), *group.places),
+            f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`{also}",
+            example=examples.text(group.first, group.witness, ""),
+        )
 
 
 def _missing_rows(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
@@ -298,8 +311,8 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     """
     for machine in facts.consistent_machines:
         for place in machine.subsystem.idle_rows:
-            message = "other rows name every error condition that this row stands for"
-            yield Diagnostic("W0604", message, place, "never taken", help="delete the row")
+            message, label = "no error condition is left to this row", "each has rows of its own"
+            yield Diagnostic("W0604", message, place, label, help="delete the row")
     found: dict[tuple[object, ...], list[tuple[RowVerdictAt, Transition, bool]]] = {}
     for decided in facts.row_verdicts:
         verdict = decided.verdict

@@ -15,9 +15,13 @@ from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
 from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
 from specc.diagnostics.phrases import in_ms
+from specc.lang import show
 from specc.mjcf import Model
-from specc.model.system import Binding
+from specc.model.expr import Number
+from specc.model.system import Binding, Constant
 from specc.model.task import Disturbance, Draw
+from specc.model.types import Int, Real
+from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import suggest
 from specc.source import Place
 
@@ -101,7 +105,8 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
     for each in task.disturbances if task else ():
         if facts.system.plant is None:
             help = "say under `plant` what there is, or leave the disturbance out"
-            if not facts.system.devices:  # else the plant is an open point
+            on_plant = any(verb.subject != "constant" for verb, _ in each.actions_on())
+            if on_plant and not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
             for verb, action in each.actions_on():
@@ -112,6 +117,47 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
                     message = f"the model has no {verb.subject} `{action.name}`"
                     help = suggest(action.name, sorted(known))
                     yield Diagnostic("E0502", message, action.place, help=help)
+
+
+# Constants that disturbances adjust.
+
+
+def adjustments_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0517 for a constant that may not change, or not so."""
+    known = {constant.name: constant for constant in facts.system.constants}
+    task = facts.system.task
+    for each in task.disturbances if task else ():
+        for _, action in each.actions_on("constant"):
+            constant = known.get(action.name)
+            if constant is None or not action.numbers:
+                continue  # reported where it is read
+            if constant.bounds is None or constant.initial is None:
+                message = f"`{action.name}` does not change while something runs"
+                related = (Related(constant.place, "declared here"),)
+                help = "declare it with a range and `live: true`"
+                yield Diagnostic("E0517", message, action.place, related=related, help=help)
+            elif fault := _adjustment_fault(constant, action.numbers[0]):
+                place = replace(action.place, part="value")
+                related = (Related(constant.place, "declared here"),)
+                message = f"`{action.name}` {fault}"
+                help = "write a number within its range, with its unit"
+                yield Diagnostic("E0517", message, place, related=related, help=help)
+
+
+def _adjustment_fault(constant: Constant, draw: Draw) -> str:
+    """Why a constant cannot get a value; empty if it can."""
+    assert constant.bounds is not None  # it may change
+    type_, (low, high) = constant.value.type, constant.bounds
+    unit = type_.unit if isinstance(type_, Real) else DIMENSIONLESS
+    if (given := draw.first_other_unit(unit)) is not None:
+        wanted = "without a unit" if unit == DIMENSIONLESS else f"in {unit}"
+        return f"is {wanted}, not {'without a unit' if given == DIMENSIONLESS else f'in {given}'}"
+    if any(not low <= value <= high for value, _ in draw.values):
+        shown = " to ".join(show(Number(end, type=type_)) for end in (low, high))
+        return f"does not get this value: its range is {shown}"
+    if isinstance(type_, Int) and (draw.is_range or any(v % 1 for v, _ in draw.values)):
+        return "is a whole number; one of several is `{one_of: [1, 2]}`"
+    return ""
 
 
 # Devices that are silent, which only sporadic ones may be, and for no longer than they say.

@@ -201,7 +201,7 @@ def _fmt(command: Parser) -> None:
     add = command.add_argument
     add("files", metavar="FILE", nargs="+", help="file, directory or pattern")
     add("--check", action="store_true", help="write nothing; exit code 1 if a file would change")
-    add("--upgrade", action="store_true", help="write version 1 in the forms of version 1.2")
+    add("--upgrade", action="store_true", help="write older forms in the newest ones")
     add("--diff", action="store_true", help="print what would change, write nothing")
 
 

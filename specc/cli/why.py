@@ -19,7 +19,7 @@ from specc.cli.recordings import (
     recorded_texts,
 )
 from specc.diagnostics.phrases import truncate
-from specc.model.fsm import Behaviour, Cause, Condition
+from specc.model.fsm import Behaviour, Cause, Condition, State, cause_words
 from specc.model.system import Subsystem, System
 from specc.refusal import Refused
 from specc.source import Place, Sources
@@ -85,13 +85,20 @@ class _MomentReport:
         order = {name: place for place, name in enumerate(self._subsystems)}
         rows = []
         for one in sorted(moments, key=lambda s: (order.get(s.name, len(order)), s.name)):
-            name, state = (truncate(str(t), _LONGEST_NAME) for t in (one.name, one.step["state"]))
+            name, state = one.name, self._state(one.name, str(one.step["state"]))
+            name, state = (truncate(text, _LONGEST_NAME) for text in (name, state))
             by = truncate(one.row, _LONGEST_MESSAGE)
             if fault := one.step.get("fault"):
                 by = f"fault at {_seconds(one.step['time'])}: {_one_line(fault)}"
             since = f"since {_seconds(one.since_s)}" if one.since_s is not None else ""
             rows.append((name, state, since, by))
         return streams.format_table(rows)
+
+    def _state(self, subsystem: str, name: str) -> str:
+        """A state of a subsystem with the modes around it."""
+        known = self._subsystems.get(subsystem)
+        states = known.states if known else ()
+        return next((state.with_modes for state in states if state.name == name), name)
 
     def _violations(self) -> Iterator[str]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
@@ -114,7 +121,8 @@ class _MomentReport:
     def _details(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
         """All that is known of one subsystem."""
         step = one.step
-        state, before = truncate(str(step["state"]), _LONGEST_NAME), str(step.get("before"))
+        state, before = self._state(one.name, str(step["state"])), str(step.get("before"))
+        state = truncate(state, _LONGEST_NAME)
         since = ", since when is not in the file"
         if one.since_s is not None:
             lasted_s = step["time"] - one.since_s
@@ -156,14 +164,13 @@ class _MomentReport:
         has_failed = bool(step.get("fault"))  # conditions before it failed are not recorded
         cause = _cause(behaviour, moment) if has_failed else str(step.get("cause", ""))
         now = ", from the values that the step read" if has_failed else ""
-        yield f"  conditions of {before}{now}:"
+        yield f"  conditions of {subsystem.state(before).with_modes}{now}:"
         causes = [kind for kind, _ in behaviour.endings]
         after = causes[causes.index(cause) + 1 :] if cause in causes else []
-        for kind, condition in behaviour.endings:
-            words = f"{condition.kind} {condition.name}"
+        names = _names_of_endings(subsystem, subsystem.state(before))
+        for (kind, condition), words in zip(behaviour.endings, names.values(), strict=True):
             if kind in after:
-                occurred = behaviour.ending(str(cause)).name
-                yield f"    {words}: not asked, for error {occurred} occurred"
+                yield f"    {words}: not asked, for {names[str(cause)]} occurred"
             else:
                 recorded = None if has_failed else cause == kind
                 yield from self._condition(words, condition, moment, recorded)
@@ -184,12 +191,18 @@ class _MomentReport:
         state, kind, cause = source
         rows = [row for _, row in subsystem.rows(state, kind)]
         if cause != kind:
-            names = ", ".join(f"{row.condition.name} -> {row.target}" for row in rows)
-            reason = "not known" if cause is None else f"not asked, for {kind} did not occur"
+            targets = (f"resume({row.resumes})" if row.resumes else row.target for row in rows)
+            ways = (f"{r.condition.name} -> {to}" for r, to in zip(rows, targets, strict=True))
+            names = ", ".join(dict.fromkeys(ways))
+            words = cause_words(kind)
+            reason = "not known" if cause is None else f"not asked, for {words} did not occur"
             if rows:
-                yield f"    rows of {kind}: {reason}: {truncate(names, _LONGEST_MESSAGE)}"
+                yield f"    rows of {words}: {reason}: {truncate(names, _LONGEST_MESSAGE)}"
             return
+        taken = {row.place for row in rows if row.label == transition}
         for row in rows:
+            if row.resumes and row.place in taken and row.label != transition:
+                continue  # the same row of the file, for another state that may have been left
             holds = None if transition is None else row.label == transition
             if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
@@ -226,6 +239,17 @@ class _MomentReport:
     def _at(self, place: Place) -> str:
         span = self._sources.span(place)
         return f"  ({span.file}:{span.line})"
+
+
+def _names_of_endings(subsystem: Subsystem, state: State) -> dict[Cause, str]:
+    """The conditions that can end a state, by their causes, with the modes that they are of."""
+    modes = {cause: mode for mode in state.modes for cause, _ in subsystem.mode(mode).errors}
+    found = {}
+    for cause, condition in state.behaviour.endings:
+        is_named = cause not in ("terminal", "error")
+        words = cause_words(cause) if is_named else f"{condition.kind} {condition.name}"
+        found[cause] = f"{words} of mode {modes[cause]}" if cause in modes else words
+    return found
 
 
 def _cause(behaviour: Behaviour, moment: Moment) -> str | None:

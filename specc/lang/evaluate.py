@@ -40,6 +40,8 @@ class Environment:
     memory: Mapping[str, Value] = field(default_factory=dict)
     lets: Mapping[str, Value] = field(default_factory=dict)
     constants: Mapping[str, Value] = field(default_factory=dict)
+    live: Mapping[str, Value] = field(default_factory=dict)
+    """Constants that may change, as they are now."""
     files: Mapping[str, str] = field(default_factory=dict)
     clock: Mapping[str, Value] = field(default_factory=dict)
     operators: Mapping[str, Callable[..., Value]] = field(default_factory=dict)
@@ -153,6 +155,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.MemoryRef: partial(_lookup, "memory"),
     m.LetRef: partial(_lookup, "lets"),
     m.ConstantRef: partial(_lookup, "constants"),
+    m.Live: partial(_lookup, "live"),
     m.FileRef: partial(_lookup, "files"),
     m.BoundVariable: partial(_lookup, "bound"),
     m.ParameterRef: partial(_lookup, "parameters"),
@@ -233,6 +236,8 @@ def range_of_parts(expr: m.Expr, parts: Sequence[Range]) -> Range:
     """Compute the range of an expression from those of its parts."""
     if isinstance(expr, (m.Number, m.Truth)):
         return ranges.range_of_value(expr.value)
+    if isinstance(expr, m.Live):
+        return expr.low, expr.high
     static, operation = _static_range(expr), operation_of(expr)
     if operation is None:
         return static

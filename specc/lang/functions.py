@@ -223,10 +223,14 @@ def mode_rule(name: Literal["elapsed", "entered"]) -> Rule:
             raise ctx.error(node, message, "refer to constants and operators only", "E0230")
         mode = argument.id if isinstance(argument, ast.Name) else ""
         if mode not in scope.modes:
-            help = f"known: {', '.join(f'`{m}`' for m in scope.modes)}" if scope.modes else ""
-            help = help or f"declare it under `modes:`; the time in a state is `{name}`"
-            error = ctx.error(argument, f"`{ctx.quote(argument)}` is no mode", help, "E0201")
+            known = ", ".join(f"`{m}`" for m in scope.modes)
+            alone = "the time in" if name == "elapsed" else "the first period of"
+            help = f"{known} can stand here" if known else "declare modes under `modes:`"
+            help += f"; `{name}` alone is {alone} the present state"
             near = nearest(mode, scope.modes)
+            if near:
+                help = f"did you mean {' or '.join(f'`{one}`' for one in near)}?"
+            error = ctx.error(argument, f"`{ctx.quote(argument)}` is no mode", help, "E0201")
             raise error.set_repair(mode, near)
         if name == "elapsed":
             return LetRef(f"elapsed({mode})", type=Real(SECOND), span=span(node))

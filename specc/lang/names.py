@@ -41,6 +41,7 @@ from specc.model.expr import (
     TextLiteral,
     Truth,
     Unused,
+    is_live,
 )
 from specc.model.types import (
     Bool,
@@ -211,12 +212,11 @@ def _infer_items(ctx: Context, node: ast.List) -> Items:
 # Typing rules of plain names: values, files, members of enums, the clock.
 
 
-_NODES: dict[str, type[BoundVariable | ParameterRef | MemoryRef | LetRef | ConstantRef]] = {
+_NODES: dict[str, type[BoundVariable | ParameterRef | MemoryRef | LetRef]] = {
     "bound": BoundVariable,
     "parameters": ParameterRef,
     "memory": MemoryRef,
     "lets": LetRef,
-    "constants": ConstantRef,
 }
 _CLOCK: dict[str, Type] = {"elapsed": Real(SECOND), "entered": Bool(), "period": Real(SECOND)}
 _FOREIGN_NAMES = {"true": "True", "false": "False", "null": "", "None": "", "nan": "_", "NIL": "[]"}
@@ -234,6 +234,10 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
         return FileRef(ctx.scope.files[node.id], type=File(), span=span(node))
     if value:
         kind, type = value
+        if kind == "constants":
+            known = ctx.scope.constants[node.id].value
+            changes = known is not None and is_live(known)
+            return ConstantRef(node.id, changes, type=type, span=span(node))
         return _NODES[kind](node.id, type=type, span=span(node))
     if node.id in ctx.scope.enums:
         return _member(ctx, node)
@@ -268,6 +272,9 @@ def _unknown_error(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError
     if name in CLOCK_NAMES:
         message = f"`{name}` has no value here: no state has been entered"
         return ctx.error(node, message, "refer to constants and operators only", "E0230")
+    if name in scope.modes:
+        help = f"write `elapsed({name})` or `entered({name})`"
+        return ctx.error(node, f"`{name}` is a mode, which has no value", help, "E0201")
     if name in scope.operators:
         parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
         return ctx.error(

@@ -117,6 +117,7 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.MemoryRef: lambda e: e.name,
     m.LetRef: lambda e: e.name,
     m.ConstantRef: lambda e: e.name,
+    m.Live: lambda e: e.name,
     m.FileRef: lambda e: m.source_name(e.name),
     m.BoundVariable: lambda e: e.name,
     m.ParameterRef: lambda e: e.name,

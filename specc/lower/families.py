@@ -15,7 +15,7 @@ from specc.lower.module import Module, PythonTypes
 from specc.lower.names import call, literal
 from specc.lower.nodes import Emitter
 from specc.lower.terms import TermTable
-from specc.model.expr import ConstantRef, Expr, constant_names, map_children
+from specc.model.expr import ConstantRef, Expr, constant_names, is_live, map_children
 from specc.model.system import Constant, Device, Subsystem, System
 from specc.reachable import grouped
 from specc.source import Place
@@ -91,6 +91,8 @@ def _family(
     first = {c.name: c.value for c in instances[0].constants}
     differ = {c.name for part in instances for c in part.constants if c.value != first[c.name]}
     parameters = tuple(name for name in first if name in differ & _constants_used(instances[0]))
+    if any(is_live(first[name]) for name in parameters):
+        return None  # their value is no argument
     known = {constant.name: constant.value for constant in system.constants}
     values, imports = {}, dict[tuple[str, str], None]()
     for part in instances:

@@ -6,9 +6,11 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 from types import MappingProxyType
+from typing import NamedTuple
 
-from specc.analysis.reads import nodes
+from specc.analysis.reads import live_constants, nodes
 from specc.lang.kinds import Python, kind
 from specc.lang.show import show
 from specc.lower.names import (
@@ -28,7 +30,7 @@ from specc.lower.names import (
 )
 from specc.lower.terms import Term
 from specc.model import expr as e
-from specc.model.fsm import Behaviour
+from specc.model.fsm import Behaviour, Trace
 from specc.model.system import (
     PLANT,
     Constant,
@@ -168,6 +170,8 @@ def computed_constants(
 ) -> frozenset[str]:
     """Constants whose value an operator or a file gives, or that are `parameters`: known when the
     system is built.
+
+    What depends on a constant that may change is computed where it is used.
     """
     users = grouped(
         (used, name) for name, c in constants.items() for used in e.constant_names(c.value)
@@ -177,7 +181,8 @@ def computed_constants(
         for name, constant in constants.items()
         if any(isinstance(node, (e.Call, e.FileRef)) for node in e.walk(constant.value))
     )
-    return frozenset(reachable((*parameters, *outside), lambda name: users.get(name, ())))
+    found = reachable((*parameters, *outside), lambda name: users.get(name, ()))
+    return frozenset(name for name in found if not e.is_live(constants[name].value))
 
 
 def literal_name(value: e.Expr) -> str:
@@ -243,6 +248,8 @@ class Module:
         self.memory = memory_names(part)
         self.input_properties: set[tuple[str, str, str]] = set()
         """`fresh`, `present`, `age` or `late`, peer, element: what is asked of inputs."""
+        self.live: dict[str, str] = {}
+        """Constants that may change, and what reads them."""
         if isinstance(part, Subsystem):
             self.rate_hz = part.rate_hz
             self.inputs = buffer_names(part.inputs)
@@ -250,6 +257,8 @@ class Module:
             self.state_methods = {
                 s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
             }
+            slots = live_slots(system, part)
+            self.live = {name: f"x.{slot.attribute}" for name, slot in slots.items()}
             names = dict.fromkeys(
                 (b.generic.part if b.generic else b).name for b in part.behaviours
             )
@@ -330,6 +339,25 @@ def lag_slots(
     return {show(lag): (f"{lag.name}_{inputs[lag.input.key]}", lag.type) for lag in lags}
 
 
+class LiveSlot(NamedTuple):
+    """The slot beside the inputs for a constant that may change, and its name in recordings."""
+
+    attribute: str
+    path: tuple[str, str]
+    constant: Constant
+
+
+def live_slots(system: System, subsystem: Subsystem) -> dict[str, LiveSlot]:
+    """The slots for the constants that may change and that a subsystem reads, by their names."""
+    peers = {peer for peer, _ in subsystem.inputs}
+    group = next(name for name in (f"live{'_' * n}" for n in count()) if name not in peers)
+    names = Namespace(buffer_names(subsystem.inputs).values())
+    return {
+        each.name: LiveSlot(names.new(f"{group}_{each.name}"), (group, each.name), each)
+        for each in live_constants(system, subsystem)
+    }
+
+
 class _Forms:
     """Forms for the module; those of records get a name there, in `plans`."""
 
@@ -395,9 +423,19 @@ def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Fo
     methods = Module(system, subsystem, types).state_methods
     x, y, memory = subsystem.inputs, subsystem.outputs, memory_names(subsystem)
     inputs, outputs = buffer_names(x), buffer_names(y)
+    changing = [
+        (slot.path, slot.attribute, _element_of(slot.constant))
+        for slot in live_slots(system, subsystem).values()
+    ]
     memory_elements = (((item.name,), memory[item.name], item) for item in subsystem.memory)
     groups = (
-        ("x", tuple(_elements(zip(inputs, inputs.values(), x.values(), strict=True), forms))),
+        (
+            "x",
+            (
+                *_elements(zip(inputs, inputs.values(), x.values(), strict=True), forms),
+                *_elements(changing, forms),
+            ),
+        ),
         ("y", tuple(_elements(zip(outputs, outputs.values(), y.values(), strict=True), forms))),
         ("memory", tuple(_elements(memory_elements, forms))),
     )
@@ -409,6 +447,13 @@ def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Fo
         for s in subsystem.states
     )
     return _Layout(groups, tuple(ends))
+
+
+def _element_of(constant: Constant) -> Element:
+    """A constant that may change as an input."""
+    return Element(
+        constant.name, constant.value.type, None, constant.title, Trace(), constant.place
+    )
 
 
 def _error_names(behaviour: Behaviour) -> str | dict[str, str]:

@@ -77,8 +77,8 @@ _IMPORTED = {
     "specc_runtime.safety": ("SafeOutputs",),
     "specc_runtime.subsystem": ("Equations", "Subsystem", "Transition"),
     "specc_runtime.system": (
-        "Connection", "Disturbance", "Draw", "PlantInput", "PlantOutput", "PlantSpec", "Scheduled",
-        "System", "Task",
+        "Connection", "Disturbance", "Draw", "LiveConstant", "PlantInput", "PlantOutput",
+        "PlantSpec", "Scheduled", "System", "Task",
     ),
     "specc_runtime.temporal": (
         "And", "Atom", "Historically", "Judgement", "Not", "Once", "Or", "Since", "Throughout",

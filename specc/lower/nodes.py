@@ -278,6 +278,9 @@ class Emitter:
                 text = f"memory.{self.module.memory[name]}"
             case e.ConstantRef(name=name):
                 text = self.constant(name)
+            case e.Live(name=name):
+                text = self.module.live[name]
+                self.used_buffers.add(text.partition(".")[0])
             case e.FileRef(name=name):
                 text = self.module.file(name)
             case e.BoundVariable(name=name):

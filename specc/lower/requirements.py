@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from specc.analysis.dataflow import Ages, InputNode
-from specc.analysis.reads import nodes
+from specc.analysis.reads import live_names, nodes
 from specc.lang import show
-from specc.lower.module import Module, PythonTypes, buffer_names, memory_names
+from specc.lower.module import Module, PythonTypes, buffer_names, live_slots, memory_names
 from specc.lower.names import (
     AttributePlan,
     FilePlan,
@@ -34,8 +34,9 @@ from specc.model.requirement import (
     TemporalFormula,
     TickCondition,
     antecedent,
+    expressions_in,
 )
-from specc.model.system import PLANT, Device, Element, Subsystem, System
+from specc.model.system import PLANT, Constant, Device, Element, Subsystem, System
 from specc.model.types import Int, Real
 from specc.reachable import grouped, reachable
 from specc.source import Place
@@ -83,9 +84,19 @@ def requirements_plan(
     module = Module(system, device, types)
     names = Namespace()
     module.memory = {name: names.new(name.replace("(", ".").rstrip(")")) for name in readings}
+    shown = dict(_shown_constants(system, required, names))
+    module.live = {name: f"memory.{each.attribute}" for name, each in shown.items()}
     writer = _FormulaWriter(module, term_table(system, device, module.computed), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
+    values += tuple(
+        AttributePlan(
+            each.attribute,
+            module.annotations.of(each.constant.value.type),
+            comment(f"{name}: {each.constant.value.type}"),
+        )
+        for name, each in shown.items()
+    )
     module.imports.runtime_name("Reading")
     module.imports.runtime_name("Requirement")
     module.imports.runtime_name("Requirements")
@@ -93,13 +104,42 @@ def requirements_plan(
         **(_TRIGGERS if triggers else _REQUIREMENTS),
         "values": values,
         "slots": literal(tuple(item.name for item in values)),
-        "readings": tuple(_reading(system, module, reading) for reading in readings.values()),
+        "readings": (
+            *(_reading(system, module, reading) for reading in readings.values()),
+            *(each.reading for each in shown.values()),
+        ),
         "requirements": plans,
         "atoms": writer.atoms,
         "methods": writer.methods,
         **module.plan_parts(),
     }
     return FilePlan("requirements.py.j2", parts)
+
+
+@dataclass(frozen=True, slots=True)
+class _ShownConstant:
+    """A constant that may change, as formulas read it, and the reading."""
+
+    constant: Constant
+    attribute: str
+    reading: str
+
+
+def _shown_constants(
+    system: System, required: Iterable[Requirement], names: Namespace
+) -> Iterator[tuple[str, _ShownConstant]]:
+    """The constants that may change in formulas: each as its fastest reader reads it."""
+    parts = (part for item in required for part in expressions_in(item.formula))
+    shared = {constant.name: constant.value for constant in system.constants}
+    named = live_names((node for part in parts for node in e.walk(part)), shared)
+    fastest = sorted(system.subsystems, key=lambda subsystem: -subsystem.rate_hz)
+    slots = [(subsystem, live_slots(system, subsystem)) for subsystem in fastest if named]
+    for name in sorted(named):
+        subsystem, slot = next((s, known[name]) for s, known in slots if name in known)
+        attribute = names.new(slot.attribute)
+        words = attribute, subsystem.qualified_name, "reported", slot.attribute
+        reading = f"Reading({', '.join(map(literal, words))})"
+        yield name, _ShownConstant(slot.constant, attribute, reading)
 
 
 def _value(module: Module, reading: Reading) -> AttributePlan:
@@ -146,7 +186,9 @@ class _FormulaWriter:
 
     def plan(self, item: Requirement) -> RequirementPlan:
         """One requirement."""
-        pairs = (f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings)
+        pairs = [f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings]
+        parts = (node for part in expressions_in(item.formula) for node in e.walk(part))
+        pairs += [f"{literal(name)}: {literal(self._slot(name))}" for name in self._live(parts)]
         self._atoms = {}
         formula = self._formula(item.formula)
         premise = antecedent(item.formula)
@@ -190,8 +232,17 @@ class _FormulaWriter:
         self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", doc, tuple(lines)))
         read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
         names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
+        names += [literal(self._slot(name)) for name in self._live(e.walk(that))]
         self.atoms.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
         return f"atom_{number}"
+
+    def _live(self, nodes: Iterable[e.Expr]) -> list[str]:
+        """The constants that may change among nodes of expressions."""
+        constants = {constant.name: constant.value for constant in self.module.declared.values()}
+        return sorted(live_names(nodes, constants))
+
+    def _slot(self, constant: str) -> str:
+        return self.module.live[constant].removeprefix("memory.")
 
     def _margin(self, nodes: Emitter, that: e.Expr) -> str:
         """Python for how far a condition is from failing; infinity where it compares no numbers."""

@@ -8,9 +8,10 @@ from specc.lang import show
 from specc.lower.cycle import Methods
 from specc.lower.families import Family
 from specc.lower.flow import Proofs
-from specc.lower.module import Module, PythonTypes
+from specc.lower.module import Module, PythonTypes, live_slots
 from specc.lower.names import (
     AttributePlan,
+    ConstantPlan,
     FilePlan,
     MethodPlan,
     comment,
@@ -18,10 +19,10 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.lower.nodes import Emitter
+from specc.lower.nodes import Emitter, number
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Trace
+from specc.model.fsm import Behaviour, Condition, Trace, Transition
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.types import Type
 
@@ -171,12 +172,16 @@ def _parts(
     flags, lags = (
         tuple(_property_attributes(module, kinds)) for kinds in (("fresh", "present"), e.LAGS)
     )
+    changing = tuple(_live_attributes(system, subsystem, module))
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
         "inputs": inputs,
-        "inputs_slots": literal(tuple(item.name for item in (*inputs, *flags, *lags))),
+        "inputs_slots": literal(
+            tuple(item.name for part in (inputs, flags, lags, changing) for item in part)
+        ),
         "flags": flags,
         "lags": lags,
+        "live": changing,
         "outputs": outputs,
         "outputs_slots": _slots(outputs),
         "memory": memory,
@@ -186,11 +191,14 @@ def _parts(
         "rate": f"{subsystem.rate_hz} Hz",
         "initial_state": literal(subsystem.initial_state),
         "transitions": tuple(
-            (*map(literal, (t.source, t.cause, t.condition.name, t.target)), comment(str(t.trace)))
+            (", ".join(map(literal, _written_row(t))), comment(str(t.trace)))
             for t in subsystem.transitions
         ),
         "sends": tuple(_sent_elements(subsystem, module)),
         "equations": Equations(system, subsystem).tables(),
+        "modes": tuple(
+            (literal(s.name), literal(s.modes[::-1])) for s in subsystem.states if s.modes
+        ),
         "timers": tuple(_timers(subsystem, module)),
         "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
         "uses_clock": bool(methods.clocked),
@@ -234,6 +242,19 @@ def _property_attributes(module: Module, kinds: Iterable[str]) -> Iterator[Attri
                 yield AttributePlan(f"{kind}_{name}", *_PROPERTIES[kind])
 
 
+def _live_attributes(
+    system: System, subsystem: Subsystem, module: Module
+) -> Iterator[ConstantPlan]:
+    """Attributes for constants that may change, with their values at the start."""
+    for slot in live_slots(system, subsystem).values():
+        constant = slot.constant
+        assert constant.initial is not None  # it may change
+        text = comment(str(constant.value.type), constant.title)
+        annotation = module.annotations.of(constant.value.type)
+        value = number(constant.initial.value, constant.initial.type).text
+        yield ConstantPlan(slot.attribute, annotation, value, text, is_computed=False)
+
+
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:
     """Statements that give elements with an initial value that value."""
     for (peer, _), element in subsystem.inputs.items():
@@ -253,6 +274,11 @@ def _sent_elements(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, 
         written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
         names = tuple(name for pair, name in module.outputs.items() if pair in written)
         yield literal(state.name), literal(names)
+
+
+def _written_row(row: Transition) -> tuple[str, ...]:
+    resumes = (row.resumes,) if row.resumes else ()
+    return (row.source, row.cause, row.condition.name, row.target, *resumes)
 
 
 def _timers(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:

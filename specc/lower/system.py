@@ -26,6 +26,7 @@ from specc.lower.module import (
     buffer_names,
     layouts_plan,
     literal_type,
+    live_slots,
     memory_names,
     named_types,
 )
@@ -45,11 +46,13 @@ from specc.lower.names import (
     keyword_arguments,
     literal,
 )
+from specc.lower.nodes import number
 from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
 from specc.model.system import PLANT, Binding, Device, Published, Ros2, Subsystem, System
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
 from specc.model.types import Enum, Pose, Real, Record, Type, Vector
+from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 
 _TF = "tf2_msgs/TFMessage"
@@ -209,6 +212,25 @@ def _connections(system: System, imports: Imports) -> Iterator[str]:
                         inputs[port.peer, element.name],
                     )
                     yield call(imports.runtime_name("Connection"), map(literal, ends))
+
+
+def _live_constants(system: System, imports: Imports) -> Iterator[str]:
+    """Calls of `LiveConstant`."""
+    changing = [constant for constant in system.constants if constant.initial is not None]
+    slots = {s.qualified_name: live_slots(system, s) for s in system.subsystems if changing}
+    for constant in changing:
+        assert constant.initial is not None  # it may change
+        name, type_ = constant.name, constant.value.type
+        values = (constant.initial.value, *(constant.bounds or ()))
+        numbers = [number(value, type_).text for value in values]
+        readers = [(owner, own[name].attribute) for owner, own in slots.items() if name in own]
+        unit = str(type_.unit) if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
+        arguments = (
+            literal(name),
+            *numbers,
+            *keyword_arguments({"unit": unit, "readers": tuple(readers)}),
+        )
+        yield call(imports.runtime_name("LiveConstant"), arguments)
 
 
 # The plant of a system: bindings of its model, and which buffers they stand behind.
@@ -472,6 +494,7 @@ def _system_plan(
         "files": tuple((literal(name), literal(path)) for name, path in system.files),
         "subsystems": scheduled,
         "connections": tuple(_connections(system, imports)),
+        "live": tuple(_live_constants(system, imports)),
         "plant": plant,
         "tests_all_rows": tests_all_rows,
         "ages": ages_plan(system, ages, imports) if ages else {},

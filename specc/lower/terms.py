@@ -309,6 +309,8 @@ class TermTable:
         """
         if isinstance(node, e.LetRef):
             return self._lets[node.name]
+        if isinstance(node, e.ConstantRef) and node.is_live:
+            return self._unchecked(self._constants[node.name])
         if isinstance(node, (e.Fresh, e.Present, e.Lag)):
             return self._intern(node, ())
         propagating = propagating_operands(node)

@@ -100,9 +100,25 @@ class LetRef(Node):
 
 @dataclass(frozen=True, slots=True)
 class ConstantRef(Node):
-    """A constant of the system, or a parameter of a reused description."""
+    """A constant of the system, or a parameter of a reused description.
+
+    It `is_live` if its value depends on a constant that may change while something runs.
+    """
 
     name: str
+    is_live: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Live(Node):
+    """The value of a constant that may change while something runs, by its name in the system.
+
+    It lies between `low` and `high`, and is the same throughout a period.
+    """
+
+    name: str
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,9 +327,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag | Call
-    | Builtin | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice | Items
-    | FieldOf | Component | Quantifier | Unknown
+    | ConstantRef | Live | FileRef | ParameterRef | BoundVariable | Clock | Fresh | Present | Lag
+    | Call | Builtin | Unary | Binary | Compare | IsNone | Unwrap | IsOneOf | Logic | Choice
+    | Items | FieldOf | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())
@@ -365,6 +381,14 @@ def _walk(expr: Expr) -> Iterator[Expr]:
 def constant_names(expr: Expr) -> list[str]:
     """Names of the constants in an expression, as often as they stand there."""
     return [node.name for node in walk(expr) if isinstance(node, ConstantRef)]
+
+
+def is_live(expr: Expr) -> bool:
+    """Whether an expression depends on a constant that may change while something runs."""
+    return any(
+        isinstance(node, Live) or (isinstance(node, ConstantRef) and node.is_live)
+        for node in walk(expr)
+    )
 
 
 def map_children(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:

@@ -41,6 +41,13 @@ def _numbered(one: str, many: str, numbers: tuple[int, ...]) -> str:
 ConditionKind = Literal["initial", "terminal", "error"]
 Cause = str
 """What ends a state: `terminal`, `error`, or the name of one of several error conditions."""
+
+
+def cause_words(cause: Cause) -> str:
+    """A cause for readers: one that has a name as `error NAME`."""
+    return cause if cause in ("terminal", "error") else f"error {cause}"
+
+
 NEVER_LEFT = "never"
 """The value of the memory element `left(mode)` before a row leaves the mode for the first time."""
 OTHERWISE = "otherwise"
@@ -186,6 +193,11 @@ class State:
     for_modes: Function | None = None
     """The last function of its behaviour, if it updates the memory of modes."""
 
+    @property
+    def with_modes(self) -> str:
+        """The state and the modes around it: `lifting in working in powered`."""
+        return " in ".join((self.name, *reversed(self.modes)))
+
 
 @dataclass(frozen=True, slots=True)
 class Mode:
@@ -229,8 +241,10 @@ class Transition:
     """Whether it goes back to a state that was left when that mode was left."""
     sets: tuple[tuple[str, Expr], ...] = ()
     """Memory of modes and the constants that it gets before the functions of `target` read it."""
-    of_mode: str = ""
-    """The mode around `source` that the row of the file names; "" if it names the state."""
+    source_mode: str = ""
+    """The mode that the row of the file names as its source; "" if it names the state."""
+    target_mode: str = ""
+    """The mode that the row of the file enters by its name; "" if it names the state."""
 
     @property
     def identity(self) -> object:
@@ -242,12 +256,14 @@ class Transition:
         """The same for rows that one row of the file stands for in the states of one mode, and for
         those by which it resumes one in its states.
         """
-        return self.place, self.of_mode or self.source
+        return self.place, self.source_mode or self.source
 
     @property
     def label(self) -> str:
         """The row as faults and recordings of runs name it."""
-        return f"{self.source} {self.cause} {self.condition.name} -> {self.target}"
+        resumed = f" by resume({self.resumes})" if self.resumes else ""
+        cause, condition = cause_words(self.cause), self.condition.name
+        return f"{self.source} {cause} {condition} -> {self.target}{resumed}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Final, Literal
 
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Number
 from specc.model.fsm import (
     Axiom,
     Behaviour,
@@ -110,12 +110,18 @@ class Operator:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A named value; it refers to nothing but other constants and operators."""
+    """A named value; it refers to nothing but other constants and operators.
+
+    A number may have `bounds`. If it may change while something runs, its `value` is a `Live`, and
+    `initial` the value at the start.
+    """
 
     name: str
     value: Expr
     title: str
     place: Place
+    bounds: tuple[float, float] | None = None
+    initial: Number | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,8 +32,10 @@ class Draw:
         return next((unit for unit in units if unit != wanted), None)
 
 
-Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement"]
-"""A coordinate of a joint, and how far from there; a body, a joint; an element of a device."""
+Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement", "constant"]
+"""A coordinate of a joint, and how far from there; a body, a joint; an element of a device; a
+constant that may change.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,8 @@ _ROWS = (
     Verb("bias", "biased", "measurement", "each",
         "Elements of devices, with what is added to what is measured: one, or one a number.",
         neutral=(0, "by nothing", _WRONG), spoiled_by=("silent",)),
+    Verb("adjust", "adjusted", "constant", "one",
+        "Constants that are `live`, with the values that they get.", has_duration=False),
 )  # fmt: skip
 VERBS = {row.name: row for row in _ROWS}
 """All that disturbances can do, in the order of their keys; runs have

@@ -28,6 +28,7 @@ from specc.model.expr import (
     Items,
     Lag,
     LetRef,
+    Live,
     Member,
     Node,
     Number,
@@ -44,7 +45,7 @@ KnownValue = float | bool | str
 Depths = Mapping[str, int]
 """Variable of a quantifier -> how many quantifiers are around its own."""
 
-_NUMBERS = (Unary, Binary, Builtin, Choice, Clock, Lag, Component, Items)
+_NUMBERS = (Unary, Binary, Builtin, Choice, Clock, Lag, Live, Component, Items)
 _MOST_BITS = 4096
 """Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
 
@@ -66,6 +67,7 @@ class Numbering:
         self._numbers: dict[object, int] = {}
         self._values: dict[int, KnownValue] = {}
         self._ranges: dict[int, Range] = {}
+        self._live: set[int] = set()
         # By identity, with the expression itself so that no other one takes its identity.
         self._cache: dict[tuple[int, tuple[tuple[str, int], ...]], tuple[Expr, int]] = {}
         self._constants: dict[str, int] = {}
@@ -151,6 +153,11 @@ class Numbering:
         """The least and greatest value of a number, as far as it follows from what it is."""
         return self._range_of(self.number(expr, bound))
 
+    def live_range(self, expr: Expr, bound: Depths | None = None) -> Range:
+        """The range of what depends on a constant that may change; any range for all else."""
+        number = self.number(expr, bound)
+        return self._range_of(number) if number in self._live else ANY
+
     def _range_of(self, number: int) -> Range:
         value = self._values.get(number)
         if isinstance(value, (int, float)):
@@ -170,6 +177,8 @@ class Numbering:
             parts = sorted(parts)
         whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
         number = self._number_for((type(expr).__name__, whole, *labels(expr), *parts))
+        if isinstance(expr, Live) or not self._live.isdisjoint(parts):
+            self._live.add(number)
         if number not in self._ranges and isinstance(expr, _NUMBERS):
             self._ranges[number] = self._range(expr, given)
         return number

@@ -13,7 +13,9 @@ from fractions import Fraction
 from functools import partial
 
 from specc.lang.builtins import FUNCTIONS
+from specc.lang.evaluate import range_of_parts
 from specc.lang.kinds import kind
+from specc.lang.ranges import range_of_value
 from specc.limits import is_used_up
 from specc.model.expr import (
     COMPARISONS,
@@ -87,6 +89,7 @@ class Translator:
         self._lets = lets
         self._always = always_present
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
+        self._is_in_conditions = period_s is not None
         self.timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         self._split_formulas: dict[object, dict[int, Formula]] = {}
@@ -145,7 +148,7 @@ class Translator:
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
             case Present(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "present", expr)
-            case _ if asks_entry(expr) and self._numbering.period_s is not None:
+            case _ if asks_entry(expr) and self._is_in_conditions:
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
@@ -258,6 +261,12 @@ class Translator:
         if parts is not None and y == 0.0:
             # Subnormal numbers keep a difference from being 0 unless both are equal.
             return self._question(op, *parts, bound)
+        if y is not None:
+            compare = Compare(op, left, right, type=Bool())  # type: ignore[arg-type]  # one of six
+            sides = self._numbering.live_range(left, bound), range_of_value(y)
+            least, greatest = range_of_parts(compare, sides)
+            if least == greatest:
+                return bool(least)
         if parts is not None and y is not None:
             # The same quantity as a comparison of both, so that tables relate its thresholds.
             known = (self._numbering.constant_number(part, bound) for part in parts)

@@ -263,6 +263,7 @@ _MAY_COME = {
     "behaviour": "declare it under `behaviours:`",
     "state": "declare it under `states:`",
     "state or mode": "declare it under `states:` or `modes:`",
+    "mode": "declare it under `modes:`",
 }
 """Parts that may be added later, and how to add them."""
 _MOST_RELATED = 4

@@ -9,14 +9,14 @@ from typing import Literal
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, TYPE_WORDS, Declaration, ExprError, parse_interface
 from specc.lang.types import SAME, MakeType
-from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, walk
+from specc.model.expr import Call, Expr, FileRef, MemoryRef, constant_names, is_live, walk
 from specc.model.fsm import Trace
 from specc.model.system import Element, InterfaceRef, SafeOutput
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
 from specc.resolve.context import Findings, TypeText, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Interface
-from specc.resolve.expressions import Expressions
+from specc.resolve.expressions import FIXED_INSTEAD, Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
 from specc.schema.subsystem import BufferDef, ElementDef, InputBufferDef, InputDef, ReceivedDef
@@ -45,6 +45,7 @@ def _element(
             constant_scope(expressions.definitions), uninitialized=expressions.uninitialized_names
         )
         init = expressions.value(at["init"], definition.init, scope, type_, at.key)
+        _refuse_live(init, at["init"], "is there before a run begins", expressions)
     trace = trace_of(definition)
     is_received = isinstance(definition, ReceivedDef)
     age = duration_in(definition, at, "max_age", expressions.findings) if is_received else None
@@ -75,9 +76,11 @@ def with_safe(
         at = where[element.name]["safe"]
         here, wanted, otherwise = at["is"], (element.type, element.place), None
         value = expressions.value(here, safe.value, scope, *wanted)
+        _refuse_live(value, here, "is sent when nothing runs any more", expressions)
         if safe.otherwise is not None:
             there = at["otherwise"]
             otherwise = expressions.value(there, safe.otherwise, constants, *wanted)
+            _refuse_live(otherwise, there, "is sent when nothing runs any more", expressions)
             if otherwise is not None and _may_fail(otherwise, expressions):
                 message = "this is sent if `safe` fails, so it must not be able to fail itself"
                 help_text = "write numbers, or constants that no operator computes"
@@ -89,6 +92,13 @@ def with_safe(
         output = SafeOutput(value, otherwise, at.key) if value is not None else None
         found.append(replace(element, safe=output))
     return tuple(found)
+
+
+def _refuse_live(value: Expr | None, at: YamlNode, why: str, expressions: Expressions) -> None:
+    """Report a value that depends on a constant that may change, where none can."""
+    if value is not None and is_live(value):
+        message = f"`{at.raw}` may change while something runs, and this value {why}"
+        expressions.findings.report("E0344", message, at.place, help=FIXED_INSTEAD)
 
 
 def _may_fail(value: Expr, expressions: Expressions) -> bool:

@@ -31,7 +31,7 @@ from specc.lang import (
 )
 from specc.lang.calls import names_of_parameters
 from specc.limits import spend_or_raise
-from specc.model.expr import Expr, constant_names, has_unknown
+from specc.model.expr import Expr, constant_names, has_unknown, is_live
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
@@ -64,8 +64,14 @@ _OF_A_DECLARATION = 4
 # Turns the texts of expressions, types and units into their meaning, reporting what is wrong.
 
 
+FIXED_INSTEAD = "write a number, or a constant without `live`"
+
+
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """Evaluate an expression over constants; raises ExprError if only a run can."""
+    if is_live(expr):
+        message = "this is needed before a run, and depends on a constant that may change in one"
+        raise ExprError(message, *expr.span, FIXED_INSTEAD, "E0344")
     try:
         count = partial(spend_or_raise, "folding")
         value = float(evaluate(inlined(expr, constants), Environment(count=count)))

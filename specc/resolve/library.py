@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from specc.diagnostics import Related
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
@@ -14,10 +15,13 @@ from specc.lang import (
     Scope,
     enums_by_member,
     parse_signature,
+    show,
 )
 from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, remaining, spend
+from specc.model.expr import Expr, Live, Number
 from specc.model.system import Constant, Operator
-from specc.model.types import Enum, Frame
+from specc.model.types import Enum, Frame, Int, Real
+from specc.model.units import DIMENSIONLESS
 from specc.read import ANYWHERE, AllowedPaths
 from specc.resolve.context import (
     Findings,
@@ -25,6 +29,8 @@ from specc.resolve.context import (
     TypeText,
     YamlNode,
     file_hint,
+    in_unit,
+    quantity,
     trace_of,
 )
 from specc.resolve.definitions import (
@@ -35,9 +41,9 @@ from specc.resolve.definitions import (
     open_sizes,
     sizes_in,
 )
-from specc.resolve.expressions import Expressions
+from specc.resolve.expressions import Expressions, known_number
 from specc.schema import SpecFile
-from specc.schema.files import OperatorDef, TypeDef
+from specc.schema.files import ConstantDef, OperatorDef, TypeDef
 from specc.source import Place, beside, relative_path
 
 
@@ -281,7 +287,75 @@ class Library:
             is_set = not self.shared and name in self.set_values.texts
             known = self._built.get(file.path) if is_set else None
             constant = known.constants.get(name) if known else None
-            own.add(constant or Constant(name, value, definition.title, place))
+            constant = constant or Constant(name, value, definition.title, place)
+            if definition.range or definition.live:
+                constant = self._bounded(constant, definition, where, expressions)
+            if constant is None:
+                own.broken.add(name)
+            else:
+                own.add(constant)
+
+    def _bounded(
+        self, constant: Constant, definition: ConstantDef, where: YamlNode, expressions: Expressions
+    ) -> Constant | None:
+        """The constant with its bounds, between which it lies; None after reporting."""
+        name, value, place = constant.name, constant.value, constant.place
+        type_ = value.type
+        wrong = way = ""
+        if constant.bounds is not None:
+            return constant  # that of a file that was read before
+        if not isinstance(type_, Int | Real):
+            wrong, way = f"`{name}` is a `{type_}`, not a number", "leave out `range` and `live`"
+        elif not definition.range:
+            wrong = f"nothing says between which values `{name}` may change"
+            way = "add the least and the greatest one, e.g. `range: [0, 1]`"
+        elif definition.live and not self.shared:
+            wrong = f"`{name}` is `live` in a file that describes a part of systems"
+            way = "use the file in the system as well, or make the constant a parameter"
+        if wrong:
+            self.findings.report("E0343", wrong, where.key, help=way)
+            return None
+        written = quantity(definition.value)
+        unit = str(type_.unit) if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
+        unit = written[1] if written and written[1] else unit
+        ends = []
+        for index, text in enumerate(definition.range):
+            at = where["range"][index]
+            end = expressions.value(
+                at, in_unit(text, unit), constant_scope(expressions.definitions), type_
+            )
+            number = None if end is None else self._number(end, at, expressions)
+            if number is not None:
+                ends.append(number)
+        now = self._number(value, where["is"], expressions)
+        if now is None or len(ends) < 2:
+            return None
+        low, high = ends
+        if low.value > high.value:
+            wrong, way = f"the range of `{name}` is empty", "write the least value first"
+            self.findings.report("E0343", wrong, where["range"].place, help=way)
+            return None
+        if not low.value <= now.value <= high.value:
+            wrong = f"`{name}` is {show(now)}, outside of its range, {show(low)} to {show(high)}"
+            way = "correct the value, or make the range wider"
+            related = (Related(where["range"].place, "its range"),)
+            written_at = where["is"].place if place == where.key else Place(place.file, place.route)
+            self.findings.report("E0343", wrong, written_at, related=related, help=way)
+            return None
+        bounds = low.value, high.value
+        if definition.live:
+            live = Live(name, *bounds, type=type_, span=value.span)
+            return replace(constant, value=live, bounds=bounds, initial=now)
+        return replace(constant, bounds=bounds)
+
+    def _number(self, expr: Expr, at: YamlNode, expressions: Expressions) -> Number | None:
+        """The number that an expression over constants gives; None after reporting."""
+        try:
+            number = known_number(expr, expressions.definitions.constants, "E0343")
+        except ExprError as error:
+            expressions.report(at, str(at.raw), error)
+            return None
+        return Number(int(number) if isinstance(expr.type, Int) else number, type=expr.type)
 
 
 _NAMES_OF_A_PART = 8

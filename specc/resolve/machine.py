@@ -44,6 +44,7 @@ from specc.resolve.expansion import targets_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.modes import FlatTable, ModeMemory, ModeTree
 from specc.resolve.uses import note_element, note_target
+from specc.schema.keys import Traced
 from specc.schema.subsystem import (
     AssignmentDef,
     BehaviourDef,
@@ -54,6 +55,7 @@ from specc.schema.subsystem import (
     TerminalDef,
     UsedFunctionDef,
 )
+from specc.source import Place
 
 _Written = tuple[str, str, Element | Memory]
 """Peer and name of an output, or "" and the name of memory; and what it is."""
@@ -173,11 +175,13 @@ class MachineResolver:
         item, at = self.definition.modes[mode].error, self.where["modes"][mode]["error"]
         if item is None:
             return ()
-        if item.when is not None:
+        name = item.condition or ""
+        if item.when is not None or (name and not name.isidentifier()):
             message = f"an error condition of mode `{mode}` has no name"
-            help = "give it one: `error: {name: ...}`"
+            help = "give it one: `error: {name: condition}`"
             self._findings.report("E0604", message, at.place, help=help)
             return ()
+        self._check_name(name, at["condition"].place)
         errors = self._errors(mode, item, at, self.scope)
         self._add_conditions(mode, [error for _, error in errors])
         return errors
@@ -185,16 +189,25 @@ class MachineResolver:
     def _errors(self, owner: str, given: ErrorDef, at: YamlNode, scope: Scope) -> NamedErrors:
         """The error conditions of a behaviour or mode, in order; "" names one without a name."""
         found: list[tuple[str, Condition]] = []
+        for key in sorted(given.given_keys & _OF_ONE) if given.named else ():
+            message = f"`{key}` is of one error condition, and there are several here"
+            help = "write it in the condition that it is about: `error: {name: {when: ...}}`"
+            self._findings.report("E0104", message, at[key].key, help=help)
         if given.condition is not None or not given.named:
             name = given.condition or ""
             found.append((name, self._ending("error", owner, given, at, scope)))
         for name, item in given.named.items():
-            if name in ("error", "terminal"):
-                message = f"an error condition cannot be called `{name}`"
-                help = "rows name all of them by `error`: choose another name"
-                self._findings.report("E0221", message, at[name].key, help=help)
+            self._check_name(name, at[name].key)
             found.append((name, self._declared("error", f"{owner}.{name}", item, at[name], scope)))
         return tuple(found)
+
+    def _check_name(self, name: str, place: Place) -> None:
+        """Report an error condition whose name has a meaning in rows."""
+        if name in ("error", "terminal"):
+            message = f"an error condition cannot be called `{name}`"
+            meaning = "any error condition" if name == "error" else "the terminal condition"
+            help = f"in rows `{name}` is {meaning}: choose another name"
+            self._findings.report("E0221", message, place, help=help)
 
     def _modes(self, errors: Mapping[str, NamedErrors]) -> tuple[Mode, ...]:
         """The modes, each before those inside it."""
@@ -380,21 +393,25 @@ class MachineResolver:
             modes = self.tree.path(name)
             around = [error for mode in modes for error in mode_errors[mode]]
             own = [e for e in behaviour.errors if not around or e[1].when != FALSE]
-            self._check_names(name, [*around, *own])
             behaviour = replace(behaviour, errors=(*around, *own))
             states.append(State(name, behaviour, item.title, trace, at.key, events, outputs, modes))
+        self._check_names(states)
         return states
 
-    def _check_names(self, state: str, errors: Sequence[tuple[str, Condition]]) -> None:
-        """Report two error conditions of one name that hold in one state."""
-        first: dict[str, Condition] = {}
-        for name, condition in errors:
-            other = first.setdefault(name, condition)
-            if name and other is not condition:
-                message = f"state `{state}` has two error conditions called `{name}`"
-                related = (Related(other.place, "the first one"),)
-                help = "rows name them: rename one of them"
-                self._findings.report("E0205", message, condition.place, related=related, help=help)
+    def _check_names(self, states: Sequence[State]) -> None:
+        """Report error conditions of one name in one state, each of them once."""
+        reported: set[Condition] = set()
+        for state in states:
+            first: dict[str, Condition] = {}
+            for name, condition in state.behaviour.errors:
+                other = first.setdefault(name, condition)
+                if name and other is not condition and condition not in reported:
+                    reported.add(condition)
+                    message = f"state `{state.name}` has two error conditions called `{name}`"
+                    related = (Related(other.place, "the other one"),)
+                    help = "rows name them: rename one of them"
+                    place = condition.place
+                    self._findings.report("E0205", message, place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
@@ -445,7 +462,7 @@ class MachineResolver:
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
             is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
-            modes = row.resumes, is_return, memory.sets(row), row.of_mode
+            modes = row.resumes, is_return, memory.sets(row), row.source_mode, row.target_mode
             rest = condition, row.target, trace, place, is_remainder, *modes
             rows.append(Transition(row.source, row.cause, *rest))
         remembered = [row.remembered for row in memory.table.rows]
@@ -514,6 +531,8 @@ _NO_PASSING = (
     "add elements to its device, or to both sides of its own, by the same names; a control "
     "subsystem has one side only, so write targets there"
 )
+_OF_ONE = frozenset(("when", *Traced.keys))
+"""Keys of an error condition that has no name."""
 _NO_ERROR = ErrorDef(condition="never")
 _ENDS: dict[str, Expr] = {"always": TRUE, "never": FALSE}
 # `otherwise` is of the other rows, once they are known.

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
+from specc.diagnostics import Related
 from specc.model.expr import FALSE, TRUE, Binary, Expr, LetRef, Member, MemoryRef, Number, walk
 from specc.model.fsm import NEVER_LEFT, Assignment, Cause, Function, Trace
 from specc.model.system import Let, Memory
@@ -22,7 +23,7 @@ from specc.resolve.context import Findings, YamlNode
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Place
 
-_RESUME = re.compile(r"\s*resume\s*\(\s*(\w+)\s*\)\s*")
+_RESUME = re.compile(r"\s*resume\s*\(\s*([^()]*?)\s*\)\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +53,20 @@ def target_of(text: str) -> Target:
 class FlatRow:
     """A row of the flat machine, which the row `index` of the file stands for.
 
-    If it `resumes` a mode, it applies where `left(mode)` is one of those `remembered`.
+    `source_mode` and `target_mode` are the modes that the file names there, "" where it names the
+    state. If it `resumes` a mode, it applies where `left(mode)` is one of those `remembered`.
     """
 
     index: int
     source: str
+    source_mode: str
     cause: Cause
     target: str
+    target_mode: str
     enters: tuple[str, ...]
     leaves: tuple[str, ...]
     resumes: str = ""
     remembered: frozenset[str] = frozenset()
-    of_mode: str = ""
 
 
 @dataclass(eq=False, slots=True)
@@ -78,27 +81,33 @@ class ModeTree:
     parent: dict[str, str] = field(default_factory=dict)
     """The mode directly around a state or mode; "" if there is none."""
 
+    _reported: set[str] = field(default_factory=set)
+    """The modes of which it is reported that they are entered and have no initial state."""
+
     def __post_init__(self) -> None:
-        states, modes = self.definition.states, self.definition.modes
-        for name, item in modes.items():
-            at = self.where["modes"][name]
-            if name in states:
-                help = "rename one of the two: rows name both"
-                self.findings.report("E0205", f"`{name}` is a state and a mode", at.key, help=help)
-            members = [n for i, n in enumerate(item.states) if self.is_known(n, at["states"][i])]
+        for name, item in self.definition.modes.items():
+            at, members = self.where["modes"][name], []
+            if name in self.definition.states:
+                related = (Related(self.where["states"][name].key, "the state"),)
+                message, help = f"`{name}` is a state and a mode", "rows name both: rename one"
+                self.findings.report("E0205", message, at.key, related=related, help=help)
+                continue
             for index, member in enumerate(item.states):
-                self._place_in(member, name, at["states"][index])
+                if self.is_known(member, at["states"][index]):
+                    members.append(member)
+                    self._place_in(member, name, at["states"][index])
             self.members[name] = tuple(dict.fromkeys(members))
 
-    def is_known(self, name: str, at: YamlNode, start: int | None = None) -> bool:
-        """Whether a state or mode is declared; reports if it is not."""
+    def is_known(self, name: str, at: YamlNode) -> bool:
+        """Whether a text names a state or mode; reports if it does not."""
         states, modes = self.definition.states, self.definition.modes
         if name in states or name in modes:
-            kind = "states" if name in states else "modes"
-            end = None if start is None else start + len(name)
-            self.findings.use(self.where[kind][name].key, at, start=start, end=end)
+            self.findings.use(self.where["states" if name in states else "modes"][name].key, at)
             return True
-        if states:
+        if target_of(name).is_resumed:
+            message, help = f"`{name}` is a next state of rows only", "name a state or the mode"
+            self.findings.report("E0604", message, at.place, help=help)
+        elif states:
             what = "state or mode" if modes else "state"
             self.findings.unknown("E0201", what, name, [*states, *modes], at.place)
         return False
@@ -106,13 +115,19 @@ class ModeTree:
     def _place_in(self, member: str, mode: str, at: YamlNode) -> None:
         """Note the mode around a member; reports one that is in two modes or inside itself."""
         around = self.parent.get(member)
-        if around is not None and around != mode:
-            message = f"`{member}` is in mode `{around}` and in mode `{mode}`"
-            help = "name it in the inner one of the two, and that in the outer one"
-            self.findings.report("E0604", message, at.place, help=help)
-        elif member == mode or member in self._around(mode):
+        if member == mode or member in self._around(mode):
             message = f"mode `{member}` is inside itself"
-            self.findings.report("E0604", message, at.place, help="leave it out of `states:`")
+            help = f"leave it out of the `states` of `{mode}`"
+            self.findings.report("E0604", message, at.place, help=help)
+        elif around is not None:
+            index = self.definition.modes[around].states.index(member)
+            first = self.where["modes"][around]["states"][index].place
+            message = f"`{member}` is in mode `{around}` and in mode `{mode}`"
+            help = "list it in one of them: what is in an inner mode is in the outer one, too"
+            if around == mode:
+                message, help = f"`{member}` is in mode `{mode}` twice", "list it once"
+            related = (Related(first, "listed here first"),)
+            self.findings.report("E0604", message, at.place, related=related, help=help)
         else:
             self.parent[member] = mode
 
@@ -136,44 +151,67 @@ class ModeTree:
 
     def initial(self, mode: str) -> str:
         """The state in which a mode is entered; "" if it has none."""
+        last = self._innermost_entered(mode)
+        return last if last in self.definition.states else ""
+
+    def _innermost_entered(self, mode: str) -> str:
+        """The state to which `initial` leads from a mode, or the mode at which that ends."""
         name = mode
         while name in self.members:
             initial = self.definition.modes[name].initial or ""
             if name not in self.path(initial):
-                return ""
+                break
             name = initial
         return name
 
     def check_initials(self) -> None:
         """Report `initial` that is not inside its mode."""
-        for name, item in self.definition.modes.items():
-            at = self.where["modes"][name]["initial"]
-            if item.initial is None or not self.is_known(item.initial, at):
+        for name in self.members:
+            initial, at = self.definition.modes[name].initial, self.where["modes"][name]["initial"]
+            if initial is None or not self.is_known(initial, at):
                 continue
-            if name not in self.path(item.initial):
-                message = f"`{item.initial}` is not in mode `{name}`"
-                help = f"name a state or mode in it, e.g. `{next(iter(item.states))}`"
+            if name not in self.path(initial):
+                message = f"`{initial}` is not in mode `{name}`"
+                help = f"name a state or mode in it, e.g. `{self.members[name][0]}`"
+                if not self.members[name]:
+                    help = "name a state or mode in it"
                 self.findings.report("E0604", message, at.place, help=help)
 
     def entered_state(self, target: Target, at: YamlNode) -> str:
         """The state that a target leads to, or may lead to first; "" after reporting."""
-        if not self.is_known(target.name, at, target.start):
+        if target.is_resumed:
+            return self.initial(target.name) if self._can_be_resumed(target, at) else ""
+        if not self.is_known(target.name, at):
             return ""
-        if target.name in self.definition.states:
-            if target.is_resumed:
-                message = f"`{target.name}` is a state: only a mode can be resumed"
-                help = f"name the mode, or write `{target.name}`"
-                self.findings.report("E0604", message, at.place, help=help)
-                return ""
-            return target.name
-        initial = self.initial(target.name)
-        if not initial and not target.is_resumed:
-            message = f"mode `{target.name}` is entered by its name and has no `initial` state"
-            first = next(iter(self.states(target.name)), "")
-            help = f"write e.g. `initial: {first}` in the mode, or name a state here"
-            place = self.where["modes"][target.name].key
-            self.findings.report("E0604", message, place, help=help)
-        return initial
+        last = self._innermost_entered(target.name)
+        if last in self.definition.states:
+            return last
+        if self.definition.modes[last].initial is None and last not in self._reported:
+            self._reported.add(last)
+            message = f"mode `{last}` is entered by its name and has no `initial`"
+            first = next(iter(self.states(last)), "")
+            help = f"write e.g. `initial: {first}` in the mode, or name a state where it is entered"
+            place, related = self.where["modes"][last].key, (Related(at.place, "entered here"),)
+            self.findings.report("E0604", message, place, related=related, help=help)
+        return ""
+
+    def _can_be_resumed(self, target: Target, at: YamlNode) -> bool:
+        """Whether a target names a mode; reports if it does not."""
+        name, modes, findings = target.name, self.definition.modes, self.findings
+        place = replace(at.place, start=target.start, end=target.end)
+        if name in modes:
+            of = self.where["modes"][name].key
+            findings.use(of, at, start=target.start, end=target.end)
+        elif not name:
+            message, help = "`resume` names no mode", "write `resume(mode)` with the mode"
+            findings.report("E0604", message, at.place, help=help)
+        elif name in self.definition.states:
+            message = f"`{name}` is a state: only a mode can be resumed"
+            help = f"name a mode, or write `{name}` to enter the state"
+            findings.report("E0604", message, place, help=help)
+        else:
+            findings.unknown("E0201", "mode", name, modes, place)
+        return name in modes
 
 
 Errors = Mapping[str, tuple[str, ...]]
@@ -224,11 +262,18 @@ class FlatTable:
                 is_legal = is_legal and self._is_outside(target.name, names, at["to"])
             elif not entered:
                 continue
-            named = ((s, n) for n in names if is_legal for s in tree.states(n))
-            for source, name in dict(named).items():
+            for source, name in self._sources(names if is_legal else ()).items():
                 if item.cause in ("terminal", "error", *self.errors[source]):
                     row = self._between(index, source, item.cause, target, entered)
-                    yield row if name == source else replace(row, of_mode=name)
+                    yield replace(row, source_mode="" if name == source else name)
+
+    def _sources(self, names: Collection[str]) -> dict[str, str]:
+        """The states of a row, each with the name by which the row has it."""
+        found: dict[str, str] = {}
+        for name in names:
+            for state in self.tree.states(name):
+                found.setdefault(state, name)
+        return found
 
     def _between(
         self, index: int, source: str, cause: Cause, target: Target, entered: str
@@ -244,7 +289,9 @@ class FlatTable:
             anew = [m for m in after if m in named or m not in around]
         left = tuple(m for m in around if m not in after)
         resumes = target.name if target.is_resumed else ""
-        return FlatRow(index, source, cause, entered, tuple(anew), left, resumes)
+        is_entered = target.name in self.tree.members and not target.is_resumed
+        mode = target.name if is_entered else ""
+        return FlatRow(index, source, "", cause, entered, mode, tuple(anew), left, resumes)
 
     def _has_cause(self, cause: Cause, names: list[str], at: YamlNode) -> bool:
         """Whether the states and modes of a row have a cause; reports the first that has not."""
@@ -260,11 +307,16 @@ class FlatTable:
     def _is_outside(self, mode: str, names: list[str], at: YamlNode) -> bool:
         """Whether all states of a row are outside a mode that it resumes; reports if not."""
         for name in names:
-            if any(mode in self.tree.path(state) for state in self.tree.states(name)):
-                message = f"`{name}` is in mode `{mode}`, which can be resumed from outside only"
-                if name == mode or name in self.tree.path(mode):
-                    message = f"mode `{mode}` can be resumed from outside only, and `{name}` has it"
-                help = "name a state, or the mode itself to enter it anew"
+            states = self.tree.states(name)
+            outside = [state for state in states if mode not in self.tree.path(state)]
+            if len(outside) < len(states):
+                message = f"`{name}` is in mode `{mode}`, which is resumed from outside only"
+                help = f"name a state, or `{mode}` to enter it anew"
+                if name == mode:
+                    message = f"mode `{mode}` is resumed from outside only"
+                elif outside:
+                    message = f"mode `{mode}` is resumed from outside only, and is in `{name}`"
+                    help = f"give the row to states outside it, such as `{outside[0]}`"
                 self.tree.findings.report("E0604", message, at.place, help=help)
                 return False
         return True
@@ -290,8 +342,8 @@ class FlatTable:
             findings.report("E0221", message, place, help="choose another name")
         resuming = [row for row in rows if row.resumes == mode]
         before = self._reached_before_leaving(mode, rows)
-        if left and not any(row.source in before for row in resuming):
-            return tuple(left)
+        if not any(row.source in before for row in resuming):
+            return tuple(left) or (NEVER_LEFT,)
         if not resuming[0].target:
             message = f"mode `{mode}` may be resumed before it was left, and has no `initial`"
             help = "write `initial:` in the mode: the state in which it begins the first time"

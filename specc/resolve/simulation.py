@@ -229,7 +229,9 @@ class _DisturbanceReader:
             way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not has_duration:
-            self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
+            moves = any(verb.subject != "constant" for verb, _ in found.actions_on())
+            words = "what is moved stays there" if moves else "what is adjusted stays so"
+            self._report(at["lasts"], words, "delete `lasts`")
         if found.every is not None:
             self._refuse_overlap(found.every, found.duration, has_duration, at)
 
@@ -263,7 +265,17 @@ class _DisturbanceReader:
                 yield DisturbanceAction(verb.name, name, (), own[index].place)
             for name, numbers in given.items() if verb.numbers != "none" else ():
                 drawn = tuple(self._numbers(verb, name, numbers, own[name]))
+                if verb.subject == "constant":
+                    self._note_constant(name, own)
                 yield DisturbanceAction(verb.name, name, drawn, own[name].key)
+
+    def _note_constant(self, name: str, at: YamlNode) -> None:
+        """Note the constant of that name; one that there is not is reported."""
+        definitions, findings = self.expressions.definitions, self.expressions.findings
+        findings.use(definitions.places.get(f"constant {name}"), at, name, part="key")
+        if name not in definitions.constants and name not in definitions.broken:
+            live = [known.name for known in definitions.constants.values() if known.initial]
+            findings.unknown("E0201", "constant", name, live, at[name].key)
 
     def _numbers(
         self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode

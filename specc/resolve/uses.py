@@ -241,7 +241,7 @@ MentionedTypes = Mapping[tuple[str | int, ...], set[str]]
 
 
 def types_named(findings: Findings, path: str) -> MentionedTypes:
-    """What the texts of types in the file at a path name, of the definitions there."""
+    """What the texts of types, and of constants, in the file at a path name there."""
     found: dict[tuple[str | int, ...], set[str]] = {}
     texts = [text for text in findings.types if text.where.file == path]
     # Most texts stand many times in a part, and name the same there.
@@ -249,6 +249,12 @@ def types_named(findings: Findings, path: str) -> MentionedTypes:
         labels = found.setdefault(text.where.route[:2], set())
         for of in (use.of for use in uses_in_type(text) if use.of.file == path):
             labels.add(f"{str(of.route[0]).removesuffix('s')} {of.route[1]}")
+    # The value and the range of a constant that may change are not in its expression.
+    for meaning in findings.meanings:
+        route = meaning.where.route
+        if meaning.where.file == path and route[:1] == ("constants",) and meaning.expr:
+            labels = found.setdefault(route[:2], set())
+            labels |= {f"constant {name}" for name in m.constant_names(meaning.expr)}
     return found
 
 

@@ -58,13 +58,18 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     codec: CodecDef | None = key(None, "How a value of an opaque type becomes bytes.")
 
 
-class ConstantDef(Traced, short="is"):
-    """A value that never changes."""
+class ConstantDef(Traced, short="is", first="type is range live"):
+    """A value that never changes, or only as the range says."""
 
     type: WrittenType | None = key(None, "What the expression must be a value of.")
     value: ConstantText = key(
         about="An expression of constants, operators and numbers.", alias="is"
     )
+    range: Annotated[
+        list[ConstantText],
+        ListForm(min_length=2, max_length=2, help="write the least and the greatest value"),
+    ] = key([], "The least and the greatest value: `[0, 0.5]`, in the unit of the constant.")
+    live: bool = key(False, "Whether it may change within the range while something runs.")
 
 
 class OperatorDef(Traced, first="signature python title"):
@@ -316,7 +321,7 @@ class RequirementDef(SpecModel, first="name let"):
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
 
 
-VERSIONS = (1, 1.1, 1.2)
+VERSIONS = (1, 1.1, 1.2, 1.3)
 """Of the language, the newest one last."""
 _OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
@@ -346,9 +351,7 @@ class SpecFile(
     interfaces: dict[ReadableName, InterfaceDef] = key(
         {}, "Named sets of elements, each for both ends of connections.", defines="interface"
     )
-    constants: dict[ReadableName, ConstantDef] = key(
-        {}, "Values that never change.", defines="constant"
-    )
+    constants: dict[ReadableName, ConstantDef] = key({}, "Named values.", defines="constant")
     files: dict[ReadableName, str] = key(
         {}, "Files, relative to the file that names them.", defines="file"
     )

@@ -332,7 +332,7 @@ class SubsystemDef(Traced, first="for use title rate budget with uses eq table f
     states: dict[Name, StateDef] = key(
         {}, "States, each with its behaviour.", defines="state", step="fsm"
     )
-    modes: dict[Name, ModeDef] = key(
+    modes: dict[ReadableName, ModeDef] = key(
         {}, "Groups of states that share rows, errors and a timer.", defines="mode", step="fsm"
     )
     initial_state: StateName | None = key(None, "State of the first period.", step="fsm")

@@ -49,7 +49,7 @@ def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m
             yield expr
         case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Lag():
             yield expr
-        case m.Clock(name="elapsed"):
+        case m.Clock(name="elapsed") | m.ConstantRef(is_live=True) | m.Live():
             yield expr
         case _:
             yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
@@ -275,11 +275,10 @@ def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> I
                 yield _describe_input(
                     leaf, value, at, with_freshness=leaf.key in tested_for_freshness
                 )
+            case m.MemoryRef(name=name) if time := _time_of_mode(name, meaning):
+                yield f"`{show(time)}` = {value_text(meaning.value(time, at), time.type)}"
             case m.Clock():
-                yield f"`elapsed` = {_duration(at.periods, meaning)}"
-            case m.MemoryRef(name=name) if name.startswith("periods("):
-                time = name.replace("periods", "elapsed", 1)
-                yield f"`{time}` = {_duration(at.memory[name], meaning)}"
+                yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
                 try:
                     text = value_text(meaning.value(leaf, at), leaf.type)
@@ -288,8 +287,11 @@ def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> I
                 yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
-def _duration(periods: int, meaning: Interpreter) -> str:
-    return f"{number(float(f'{periods * meaning.period_s:.9g}'))} s"
+def _time_of_mode(memory: str, meaning: Interpreter) -> m.Expr | None:
+    """`elapsed(mode)`, if a memory element has the periods of the mode."""
+    name = memory.replace("periods(", "elapsed(", 1)
+    time = meaning.lets.get(name) if name != memory else None
+    return m.LetRef(name, type=time.type) if time else None
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:

@@ -129,6 +129,7 @@ class Inverter:
             m.Fresh: lambda e, v, at: freedom.with_freshness(e.input.key, v, at),
             m.Present: lambda e, v, at: freedom.with_presence(e.input.key, v, at),
             m.Lag: self._of_type(freedom.with_lag),
+            m.Live: self._of_type(freedom.with_live),
             m.MemoryRef: self._of_type(lambda e, v, at: freedom.with_memory(e.name, v, at)),
             m.LetRef: lambda e, v, at: self.situations(meaning.lets[e.name], v, at),
             m.ConstantRef: lambda e, v, at: self.situations(meaning.constants[e.name], v, at),

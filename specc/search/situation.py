@@ -66,6 +66,8 @@ class Situation:
     fresh: frozenset[InputName] = frozenset()
     lags: Mapping[LagKey, Value] = field(default_factory=dict)
     """How far inputs lag; an input that is missing here does not lag."""
+    live: Mapping[str, Value] = field(default_factory=dict)
+    """Constants that may change; one that is missing here is as at the start."""
     memory: Mapping[str, Value] = field(default_factory=dict)
     periods: int = 0
     answers: tuple[OperatorAnswer, ...] = ()
@@ -150,6 +152,7 @@ class Interpreter:
         self.lets: dict[str, Expr] = {i.name: runnable(i.value) for i in subsystem.lets}
         declared = (*system.constants, *subsystem.constants)
         self.constants: dict[str, Expr] = {item.name: item.value for item in declared}
+        self._live = {c.name: c.initial.value for c in system.constants if c.initial is not None}
         self._rate_hz = subsystem.rate_hz
         self.period_s = float(1 / subsystem.rate_hz)
         self.results = {operator.name: operator.result for operator in system.operators}
@@ -216,6 +219,7 @@ class Interpreter:
             fresh=at.fresh,
             present=at.present,
             lags=lags,
+            live={**self._live, **at.live},
             memory=memory,
             files=self._files,
             clock=clock,
@@ -292,6 +296,11 @@ class FreeVariables:
         if value >= 0:
             lags = {**at.lags, lag_key(lag): value}
             yield from self.with_presence(lag_key(lag)[1:], True, replace(at, lags=lags))
+
+    def with_live(self, constant: m.Live, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with another value of a constant that may change, within its range."""
+        nearest = min(max(value, constant.low), constant.high)
+        yield replace(at, live={**at.live, constant.name: nearest})
 
     def with_memory(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value in memory."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import specc_runtime.faults as faults
 from specc_runtime.disturbances import Disturbances
+from specc_runtime.live import Change
 from specc_runtime.report import (
     Report,
     Statistics,
@@ -51,11 +52,12 @@ def test_every_key_is_told() -> None:
         list(subsystem_data(Tally(subsystem), 0.0, 0.0)),
         [part.name for part in fields(TakenTransition)],
         ["because", "began_s", "times"],
+        [*(part.name for part in fields(Change)), "time_s"],
     ]
     assert [sorted(names) for names in _tables(_section("Report"))] == list(map(sorted, keys))
     told: Any = Disturbances.__new__(Disturbances)
     told._all = [SimpleNamespace(what=SimpleNamespace(because="why"), first_s=None, times=0)]
-    assert sorted(told.as_data()[0]) == sorted(keys[-1])
+    assert sorted(told.as_data()[0]) == sorted(keys[-2])
 
 
 def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
+from tests.docs.test_two_gates import changed
 from tests.docs.tutorial import ROOT, Step, answer, pieces, steps
 
 SPEC = ROOT / "specs" / "conveyor_gate.yaml"
@@ -28,6 +29,12 @@ def test_validate_says_what_the_tutorial_shows(step: Step) -> None:
 def test_what_the_mistakes_lead_to() -> None:
     first_words = [step.shown.partition(":")[0] for step in STEPS]
     assert first_words == ["open[O0402]", "1 file checked", "error[E0601]", "error[E0602]"]
+
+
+def test_the_last_change_fits() -> None:
+    (difference,) = pieces("diff")
+    text = changed("".join(pieces("yaml")), difference)
+    assert answer(Step(text, "", (0, 0))) == "1 file checked: 0 errors, 0 warnings\n"
 
 
 def test_shown_code_is_generated(tmp_path: Path) -> None:

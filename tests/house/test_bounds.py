@@ -7,6 +7,7 @@ SPECC = Path(__file__).resolve().parents[2] / "specc"
 ASKED = {
     "lower/terms.py": "of operands and constants, terms",
     "mjcf/model.py": "of a joint",
+    "resolve/library.py": "of a constant",
 }
 """Other modules in which something has a range."""
 

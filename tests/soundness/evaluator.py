@@ -39,6 +39,8 @@ class Situation:
     period: float = 0.0
     files: Mapping[str, str] = field(default_factory=dict)
     ages: Mapping[Key, float] = field(default_factory=dict)
+    live: Mapping[str, Value] = field(default_factory=dict)
+    """Constants that may change, as they are in this period."""
     known: dict[str, Value] = field(default_factory=dict)
     """Lets that were computed in this period."""
     bound: dict[str, Value] = field(default_factory=dict)
@@ -65,6 +67,8 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
             return at.memory[name]
         case m.ConstantRef(name=name):
             return at.constants[name]
+        case m.Live(name=name):
+            return at.live[name]
         case m.FileRef(name=name):
             return at.files[name]
         case m.BoundVariable(name=name):

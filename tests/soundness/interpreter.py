@@ -328,12 +328,22 @@ def base_tick_s(system: System) -> Fraction:
     return Fraction(math.gcd(*(int(p * scale) for p in periods)), scale)
 
 
+def at_start(system: System) -> dict[str, Value]:
+    """The values with which constants begin that may change."""
+    return {c.name: c.initial.value for c in system.constants if c.initial is not None}
+
+
 def constants_of(
-    system: System, operators: Mapping[str, Callable[..., Value]], own: Any = ()
+    system: System,
+    operators: Mapping[str, Callable[..., Value]],
+    own: Any = (),
+    live: Mapping[str, Value] | None = None,
 ) -> dict[str, Value]:
-    """Values of the constants, each over those above it."""
+    """Values of the constants, each over those above it; those that may change are `live`."""
     known: dict[str, Value] = {}
-    now = Situation({}, frozenset(), {}, {}, known, operators, files=dict(system.files))
+    live = at_start(system) if live is None else live
+    files = dict(system.files)
+    now = Situation({}, frozenset(), {}, {}, known, operators, files=files, live=live)
     for constant in (*system.constants, *own):
         known[constant.name] = value(constant.value, now)
     return known

@@ -33,7 +33,7 @@ from specc.model.system import Operator, Port, Subsystem, System
 from specc.model.types import Type
 from specc.pipeline import Result
 from tests.soundness.evaluator import Absent, Key, Situation, Value, value
-from tests.soundness.interpreter import base_tick_s, constants_of
+from tests.soundness.interpreter import at_start, base_tick_s, constants_of
 from tests.soundness.law import marks_of, warned
 from tests.soundness.running import memory_of, package
 from tests.soundness.values import Chooser, for_runtime, key_of
@@ -220,6 +220,7 @@ class Trial:
 
     def run(self, subsystem: Subsystem, steps: int, rng: Random) -> None:
         """Up to so many steps from the start; a fault that must not happen is written down."""
+        live = at_start(self.system)
         constants = constants_of(self.system, self.operators, subsystem.constants)
         peers = Peers(self.system, subsystem)
         chooser = Chooser(rng, self.marks, self.odd)
@@ -231,7 +232,7 @@ class Trial:
             key: [setter(code.x, f"{key[0]}_{key[1]}") for code in (machine, shipped)]
             for key in peers.types
         }
-        at = Situation({}, frozenset(), {}, {}, constants, self.operators)
+        at = Situation({}, frozenset(), {}, {}, constants, self.operators, live=live)
         inputs: dict[Key, Value] = {
             (port.peer, e.name): value(e.init, at)
             for port in subsystem.ports
@@ -241,7 +242,16 @@ class Trial:
         self.findings.runs += 1
         visited, taken = set(), set()
         for number in range(steps):
-            arrived = self._allowed(subsystem, machine, peers, inputs, chooser, number, constants)
+            if live:
+                live = self._changed(live, rng)
+                constants = constants_of(self.system, self.operators, subsystem.constants, live)
+                for name in live:
+                    for code in (machine, shipped):
+                        if hasattr(code.x, f"live_{name}"):
+                            setattr(code.x, f"live_{name}", live[name])
+            arrived = self._allowed(
+                subsystem, machine, peers, inputs, chooser, number, constants, live
+            )
             if arrived is None:
                 self.findings.ended["no inputs satisfy the assumptions"] += 1
                 break
@@ -251,7 +261,7 @@ class Trial:
                     put(for_runtime(sent, peers.types[key]))
             state = machine.state
             fresh = frozenset(arrived)
-            now = number and self._situation(subsystem, machine, inputs, fresh, constants)
+            now = number and self._situation(subsystem, machine, inputs, fresh, constants, live)
             outcome = self._stepped(machine)
             differs = _difference(subsystem, now, state, outcome, self._stepped(shipped))
             outcome = differs or outcome
@@ -270,6 +280,16 @@ class Trial:
         self.findings.states += len(subsystem.states)
         self.findings.rows_taken += len(taken - {-1})
         self.findings.rows += len(subsystem.transitions)
+
+    def _changed(self, live: Mapping[str, Value], rng: Random) -> dict[str, Value]:
+        """Constants that may change, some of them with other values of their ranges."""
+        found = dict(live)
+        for constant in self.system.constants:
+            if constant.initial is not None and constant.bounds and rng.random() < 0.5:
+                low, high = constant.bounds
+                inside = rng.randint if isinstance(low, int) else rng.uniform
+                found[constant.name] = rng.choice([low, high, inside(low, high)])
+        return found
 
     def _stepped(self, machine: Generated) -> int | str:
         """The row taken or -1, or what went wrong."""
@@ -298,6 +318,7 @@ class Trial:
         chooser: Chooser,
         number: int,
         constants: Mapping[str, Value],
+        live: Mapping[str, Value],
     ) -> dict[Key, Value] | None:
         """Arrivals with which the assumptions hold; None if none were found."""
         for _ in range(MOST_DRAWS):
@@ -305,7 +326,7 @@ class Trial:
             if number == 0 or not subsystem.axioms:
                 return arrived
             now = self._situation(
-                subsystem, machine, inputs | arrived, frozenset(arrived), constants
+                subsystem, machine, inputs | arrived, frozenset(arrived), constants, live
             )
             try:
                 if all(value(axiom.that, now) for axiom in subsystem.axioms):
@@ -321,6 +342,7 @@ class Trial:
         inputs: Mapping[Key, Value],
         fresh: frozenset[Key],
         constants: Mapping[str, Value],
+        live: Mapping[str, Value],
     ) -> Situation:
         return Situation(
             inputs,
@@ -330,6 +352,7 @@ class Trial:
             constants,
             self.operators,
             period=float(1 / subsystem.rate_hz),
+            live=live,
         )
 
 

@@ -117,3 +117,20 @@ def test_the_steps_find_what_is_refused(rows: dict[str, str], tmp_path: Path) ->
     findings = Findings()
     tried(result, "1", 300, findings)
     assert findings.ended["undecided where it is not proved"]
+
+
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=10, each=20))
+def test_random_specifications_with_constants_that_change(seeds: Seeds, tmp_path: Path) -> None:
+    findings = Findings()
+    for seed in seeds:
+        tree = specification(Random(seed))
+        tree["constants"] |= {
+            "limit": {"is": "0.5[m]", "range": [0, 1], "live": True},
+            "gain": {"is": 0.5, "range": [-1, 2], "live": True},
+            "whole": {"is": 2, "range": [0, 3], "live": True},
+        }
+        result = compiled(tree, tmp_path)
+        if result.ok and result.system is not None:
+            tried(result, str(seed), 150, findings, odd=EXTREMES)
+    assert findings.faults == []
+    assert (findings.systems and findings.rows_taken) or seeds.are_fresh

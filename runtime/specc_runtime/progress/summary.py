@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from specc_runtime.faults import text_of
+from specc_runtime.live import PROGRAM
 from specc_runtime.printing import harmless, visible
 from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
@@ -65,6 +66,10 @@ def _show(report: Report, console: Console) -> None:
         console.print(f"[yellow]not alone[/]: {line}: {when}", highlight=False, soft_wrap=True)
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
+    for change in report.changes:
+        if change["by"] == PROGRAM:
+            words = f"set to {change['value']:g} at {change['time_s']:.3f} s"
+            console.print(f"{_safe(change['constant'])} {words}", highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
     if stop := report.stop_when:
         met_s = stop["met_s"]
@@ -180,8 +185,9 @@ def _fault_lines(fault: dict[str, Any]) -> Iterator[str]:
     """Who is to blame and for what; then where, as far as that is known."""
     yield f"[red]fault[/] {_safe(': '.join((fault['culprit'], fault['message'])))}"
     parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]
+    states = fault["state"], *fault.get("modes", ())
     if fault["subsystem"]:
-        parts.append(f"{fault['subsystem']} {fault['state']}".strip())
+        parts.append(f"{fault['subsystem']} {' in '.join(states)}".strip())
     if fault["stamp"] >= 0:
         parts.append(f"stamp {fault['stamp']}")
     if fault["condition"]:

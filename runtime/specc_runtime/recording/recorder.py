@@ -11,6 +11,7 @@ from typing import Any
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import View
 from specc_runtime.examination import shortcomings
+from specc_runtime.live import Change
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
 from specc_runtime.plant import Posed
@@ -74,6 +75,10 @@ class Recorder:
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
         """See `specc_runtime.companion.Recording`."""
         self._snapshots.keep(time_s, saved)
+
+    def changed(self, change: Change, time_s: float) -> None:
+        """See `specc_runtime.companion.Recording`."""
+        self._snapshots.changed(change, time_s)
 
     def tick(self, view: View) -> None:
         """See `Companion`."""

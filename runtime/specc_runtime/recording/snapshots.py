@@ -6,8 +6,8 @@ A snapshot is a message of JSON. Large opaque values are stored aside; camera im
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 
 from specc_runtime.companion import View
 from specc_runtime.forms import Aside, Layout, Misshapen, NotRecorded, object_schema
+from specc_runtime.live import PROGRAM, Change, change_of
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
 from specc_runtime.plants.errors import PlantError
@@ -35,10 +36,10 @@ from specc_runtime.session import Session
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 
-SNAPSHOTS, PIECES = "/snapshot", "/snapshot/values"
+SNAPSHOTS, PIECES, CHANGES = "/snapshot", "/snapshot/values", "/constants"
 _MAPPINGS = (
     *("subsystems", "stamps", "late", "ages", "sensors", "commands", "tallies", "task"),
-    *("unobserved", "scene"),
+    *("unobserved", "scene", "live"),
 )
 _SCHEMA = object_schema(
     {
@@ -49,6 +50,14 @@ _SCHEMA = object_schema(
         **{name: {"type": "object"} for name in _MAPPINGS},
         **{name: {"type": "array"} for name in ("requirements", "triggers", "disturbances")},
         "plant": {"description": "what it remembers, which is its own affair"},
+    }
+)
+_CHANGE_SCHEMA = object_schema(
+    {
+        "tick": {"type": "integer"},
+        "constant": {"type": "string"},
+        "value": {"type": "number"},
+        "by": {"type": "string", "description": "the program, or a disturbance of the task"},
     }
 )
 _LATEST = 1000
@@ -78,7 +87,15 @@ class Snapshots(Shelf):
         self._next_s = 0.0
         self._values = Values(system, layouts, self)
         self._messages = log.channel(SNAPSHOTS, "specc.Snapshot", _SCHEMA, is_apart=True)
+        self._changes = (
+            log.channel(CHANGES, "specc.Change", _CHANGE_SCHEMA) if system.live else None
+        )
         self._pieces = log.channel(PIECES, VALUE_SCHEMA, VALUE, is_apart=True)
+
+    def changed(self, change: Change, time_s: float) -> None:
+        """Write that a constant has changed."""
+        if self._changes is not None:
+            self._changes.add(time_s, dumped(asdict(change)))
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
         """Write a snapshot, or the reason why there is none, unless it is too early."""
@@ -120,6 +137,8 @@ class Snapshot:
     set: Mapping[str, Any] | None = None
     """None if unknown."""
     texts: dict[str, str] = field(default_factory=dict)
+    changes: Sequence[Change] = ()
+    """Those that the program of the recorded run made between the snapshot and the moment."""
     is_other: bool = False
     """Whether the run that goes on has another specification, or other constants."""
 
@@ -153,6 +172,7 @@ class Snapshot:
         Raises UsageError, also if the run would end before the requested moment.
         """
         lost = self._restored(session, system) if self.saved else []
+        session.schedule(self.changes)
         if over := _over(session.view(), self.until_s):
             more = (
                 "--cycles and --duration count from the beginning of the recorded run, ask for more"
@@ -264,7 +284,22 @@ def _last_before(file: Path, until_s: float) -> Snapshot:
             if snapshot.shelf.is_whole or not tries:
                 break
         snapshot.missing = str(data.get("missing"))
+    snapshot.changes = _program_changes(file, snapshot, budget)
     return snapshot
+
+
+def _program_changes(file: Path, snapshot: Snapshot, budget: Budget) -> list[Change]:
+    """The changes of constants since a snapshot that nothing makes again. Raises Unusable."""
+    begin, found = snapshot.saved["tick"] if snapshot.saved else 0, list[Change]()
+    for record in _of_topic(RecordFile(file, {CHANGES}, budget), CHANGES):
+        if isinstance(record, Message) and record.log_time < (snapshot.until_s - _EARLIER_S) * 1e9:
+            try:
+                change = change_of(loaded(record.data))
+            except (KeyError, TypeError, ValueError) as error:
+                raise Unusable(f"{file}: a change of a constant is damaged") from error
+            if change.tick >= begin and change.by == PROGRAM:
+                found.append(change)
+    return found
 
 
 def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:

@@ -7,6 +7,7 @@ else by its normal form.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,13 +15,16 @@ from itertools import chain
 from typing import Any, Literal
 
 from specc.analysis.definite_assignment import always_present
+from specc.lang import show
 from specc.lang.context import substitute
 from specc.model.expr import (
     Choice,
     Clock,
+    Compare,
     ConstantRef,
     Expr,
     LetRef,
+    Live,
     Number,
     Truth,
     map_children,
@@ -48,7 +52,7 @@ from specc.proof.translate import Translator
 from specc.proof.verdict import FactTexts, SolverError, TooLargeError
 from specc.proof.witness import describe
 from specc.reachable import grouped
-from specc.tools.diff.changes import ChangeLog, Verdict
+from specc.tools.diff.changes import ChangeLog, PartLog, Verdict
 
 _MARKS = ("old'", "new'")
 """Before the names of lets and constants, so that both versions fit into one translation."""
@@ -102,6 +106,21 @@ class Constants:
         return (formula.op, found) if len(found) > 1 else next(iter(found))
 
 
+def compare_constants(
+    old: Constant, new: Constant, part: PartLog, values: Constants | Equivalence
+) -> None:
+    """Compare values at the start, ranges, and whether the constants may change."""
+    one, other = (constant.initial or constant.value for constant in (old, new))
+    part.compare_expressions("value", one, other, values.compare)
+    ends = (
+        [show(Number(end, type=each.value.type)) for end in each.bounds or ()]
+        for each in (old, new)
+    )
+    part.changed("range", *(" to ".join(each) or "none" for each in ends))
+    live = (constant.initial is not None for constant in (old, new))
+    part.changed("live", *("true" if each else "false" for each in live))
+
+
 class Equivalence:
     """Compares expressions of two versions of one subsystem.
 
@@ -110,6 +129,7 @@ class Equivalence:
 
     def __init__(self, old: Version, new: Version) -> None:
         versions = old, new
+        self.subsystems = old.subsystem, new.subsystem
         rates = {v.subsystem.rate_hz if v.subsystem.has_rate else None for v in versions}
         rate_hz = rates.pop()
         period_s = 1 / rate_hz if rate_hz and not rates else None
@@ -171,7 +191,8 @@ class _Moment:
         self.make = self._translator.make
         self._dependencies = Dependencies(self._translator.numbering)
         assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
-        self._axioms = self.common(assumed[0], assumed[1])
+        within = (self._formula(each, 0) for each in _within_ranges(versions))
+        self._axioms = *self.common(assumed[0], assumed[1]), *within
 
     def is_same(self, old: Expr, new: Expr) -> bool:
         """Whether two values are the same, whatever the tests say that choose them."""
@@ -280,10 +301,28 @@ def _unmarked(text: str) -> str:
     return text
 
 
+def _within_ranges(versions: Iterable[Version]) -> Iterator[Expr]:
+    """The conditions that constants that may change are within a range of one version, or between
+    those of both.
+    """
+    every = (constant.value for version in versions for constant in version.system.constants)
+    live = [value for value in every if isinstance(value, Live)]
+    for alike in grouped((value.name, value) for value in live).values():
+        low = Number(min(value.low for value in alike), type=alike[0].type)
+        high = Number(max(value.high for value in alike), type=alike[0].type)
+        yield Compare(">=", alike[0], low, type=Bool())
+        yield Compare("<=", alike[0], high, type=Bool())
+
+
 def _marked(expr: Expr, mark: str) -> Expr:
-    """`expr` with the names of lets and constants marked."""
+    """`expr` with the names of lets and constants marked.
+
+    A constant that may change is the same unknown in both versions, whatever its ranges are.
+    """
     if isinstance(expr, (LetRef, ConstantRef)):
         return replace(expr, name=mark + expr.name)
+    if isinstance(expr, Live):
+        return replace(expr, low=-math.inf, high=math.inf)
     return map_children(expr, lambda part: _marked(part, mark))
 
 

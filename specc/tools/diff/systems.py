@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from math import inf
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.model.expr import Node
-from specc.model.fsm import Behaviour, Cause, Condition, Function, State, Trace, Transition
+from specc.model.fsm import Behaviour, Condition, Function, State, Trace
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
     PLANT,
@@ -21,6 +21,7 @@ from specc.model.system import (
     Device,
     Element,
     Let,
+    Memory,
     Operator,
     Plant,
     Subsystem,
@@ -28,15 +29,16 @@ from specc.model.system import (
 )
 from specc.model.task import Disturbance, Draw, Task
 from specc.model.types import Type
-from specc.reachable import grouped
 from specc.tools.diff.changes import ChangeLog, Comparison, Guarantee, PartLog, Verdict
 from specc.tools.diff.equivalence import (
     Constants,
     Equivalence,
     Version,
+    compare_constants,
     compare_types,
     type_text,
 )
+from specc.tools.diff.machines import MachineDiff
 
 
 def compare(old: System, new: System) -> Comparison:
@@ -84,10 +86,10 @@ class SystemDiff:
         return Constants(*(system.constants for system in self.systems))
 
     @property
-    def machine(self) -> Equivalence:
-        """Compares expressions of a subsystem."""
+    def machine(self) -> MachineDiff:
+        """Compares the machine of a subsystem."""
         assert isinstance(self.values, Equivalence)
-        return self.values
+        return MachineDiff(self.log, self.values, self.fields)
 
     def parts(self, label: str, versions: Iterable[Mapping[str, Any]]) -> None:
         """Compare parts of one kind by their names."""
@@ -151,10 +153,15 @@ def _parts(label: str, field: str, name: Callable[[Any], str] = _name) -> _Field
     def named(owner: object) -> dict[str, Any]:
         found = getattr(owner, field)
         if isinstance(found, tuple):
-            return {name(part): part for part in found}
+            return {name(part): part for part in found if _is_written(part)}
         return {} if found is None else {"": found}
 
     return lambda diff, _, old, new: diff.parts(label, map(named, (old, new)))
+
+
+def _is_written(part: object) -> bool:
+    """Whether a part stands in a file: what modes remember follows from what asks for it."""
+    return not isinstance(part, (Memory, Let)) or part.name.isidentifier()
 
 
 def _texts(label: str, field: str) -> _FieldRule:
@@ -234,184 +241,12 @@ def _compare_assignments(diff: SystemDiff, part: PartLog, old: Function, new: Fu
         part.compare_expressions(target, *both, diff.values.compare, "not assigned")
 
 
-# The machine of a subsystem.
-
-
-def _compare_conditions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
-    """A condition matters where it is used; only adding or removing it changes nothing."""
-    before, after = ({(c.kind, c.name): c for c in s.conditions} for s in (old, new))
-    _compare_renamable(diff, before, after, _is_same_condition, lambda c: show(c.when))
-
-
-def _is_same_condition(one: Condition, other: Condition, machine: Equivalence) -> bool:
-    return one.kind == other.kind and machine.compare_conditions(one.when, other.when).same
-
-
-def _compare_when(diff: SystemDiff, part: PartLog, old: Condition, new: Condition) -> None:
-    part.compare_expressions("meaning", old.when, new.when, diff.machine.compare_conditions)
-
-
 def _compare_functions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
     """Functions by their names; calls that only one has are those of its behaviours."""
     before, after = ({f.name: f for f in s.functions} for s in (old, new))
     both = before.keys() & after.keys()
     named = ({n: f for n, f in of.items() if "(" not in n or n in both} for of in (before, after))
     diff.parts("function", named)
-
-
-def _compare_behaviours(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
-
-    def text(behaviour: Behaviour) -> str:
-        functions = ", ".join(sorted(f.name for f in behaviour.functions)) or "no functions"
-        errors = ", ".join(error.name for _, error in behaviour.errors)
-        return f"{functions}; terminal {behaviour.terminal.name}, error {errors}"
-
-    before, after = ({b.name: b for b in s.behaviours} for s in (old, new))
-    _compare_renamable(diff, before, after, _is_same_behaviour, text)
-
-
-def _is_same_behaviour(one: Behaviour, other: Behaviour, machine: Equivalence) -> bool:
-    """Whether two behaviours do the same and end alike, whatever they are called."""
-    before, after = ({a.target: a.value for a in b.assignments} for b in (one, other))
-    return (
-        before.keys() == after.keys()
-        and machine.compare_conditions(one.terminal.when, other.terminal.when).same
-        and len(one.errors) == len(other.errors)
-        and all(
-            cause == again and machine.compare_conditions(error.when, other_error.when).same
-            for (cause, error), (again, other_error) in zip(one.errors, other.errors, strict=True)
-        )
-        and all(machine.compare(before[target], after[target]).same for target in before)
-    )
-
-
-_Renamable = TypeVar("_Renamable", Condition, Behaviour)
-
-
-def _compare_renamable(
-    diff: SystemDiff,
-    old: Mapping[Any, _Renamable],
-    new: Mapping[Any, _Renamable],
-    is_same: Callable[[_Renamable, _Renamable, Equivalence], bool],
-    text: Callable[[_Renamable], str],
-) -> None:
-    """Compare parts by their names; of one that only one version has, another may be the same."""
-
-    def part(item: Condition | Behaviour) -> PartLog:
-        kind = f"{item.kind} condition" if isinstance(item, Condition) else "behaviour"
-        return diff.log.part(kind, item.name)
-
-    for key in sorted(old.keys() & new.keys()):
-        diff.fields(part(old[key]), old[key], new[key])
-    added = {key: new[key] for key in sorted(new.keys() - old.keys())}
-    for before in (old[key] for key in sorted(old.keys() - new.keys())):
-        same = (key for key, after in added.items() if is_same(before, after, diff.machine))
-        if (again := next(same, None)) is not None:
-            part(before).remark("name", before.name, added.pop(again).name)
-        else:
-            part(before).removed(text(before), semantic=isinstance(before, Behaviour))
-    for after in added.values():
-        part(after).added(text(after), semantic=isinstance(after, Behaviour))
-
-
-def _compare_effects(diff: SystemDiff, part: PartLog, old: Behaviour, new: Behaviour) -> None:
-    """How a behaviour ends, and what it assigns; what parts of both do is compared there."""
-    for cause in dict.fromkeys((*old.causes, *new.causes)):
-        if cause not in old.causes or cause not in new.causes:
-            part.changed(f"error condition {cause}", *(_ending_text(b, cause) for b in (old, new)))
-            continue
-        one, other = (behaviour.ending(cause) for behaviour in (old, new))
-        if one.name != other.name:
-            verdict = diff.machine.compare_conditions(one.when, other.when)
-            part.verdict(verdict, (one.name, other.name), f"{one.kind} condition")
-    before, after = (
-        {a.target: (f.name, a.value) for f in b.functions for a in f.assignments}
-        for b in (old, new)
-    )
-    common = {f.name for f in old.functions} & {f.name for f in new.functions}
-    for target in sorted(before.keys() | after.keys()):
-        (name, value), (again, now) = (of.get(target, ("", None)) for of in (before, after))
-        if value is None or now is None:
-            is_compared = (name or again) in common
-        else:
-            is_compared = name == again or diff.values.compare(value, now).same
-        if not is_compared:
-            part.changed(target, *("not assigned" if e is None else show(e) for e in (value, now)))
-
-
-def _ending_text(behaviour: Behaviour, cause: Cause) -> str:
-    return show(behaviour.ending(cause).when) if cause in behaviour.causes else "none"
-
-
-def _compare_initial_states(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
-    diff.log.part("initial state").changed("", old.initial_state, new.initial_state)
-
-
-def _compare_behaviour(diff: SystemDiff, state: PartLog, old: State, new: State) -> None:
-    both = old.behaviour, new.behaviour
-    is_renamed = both[0].name != both[1].name and _is_same_behaviour(*both, diff.machine)
-    state.changed("behaviour", *(b.name for b in both), semantic=not is_renamed)
-    for aspect, side, field in (("ignored events", "x", "ignores"), ("held outputs", "y", "holds")):
-        one, other = (sorted(getattr(each, field)) for each in (old, new))
-        texts = (
-            ", ".join(f"{side}.{peer}.{name}" for peer, name in names) or "none"
-            for names in (one, other)
-        )
-        state.changed(aspect, *texts, guarantee="weaker" if {*other} - {*one} else "stronger")
-
-
-def _compare_rows(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
-    """Rows of one state, cause and target are one arc: any of their conditions leads there."""
-    arcs = (
-        grouped((f"{row.source} --{row.cause}--> {row.target}", row) for row in s.transitions)
-        for s in (old, new)
-    )
-    conditions = diff.machine.conditions
-    for arc, before, after in diff.log.pair("row", arcs, _condition_names):
-        arc.remark("trace", *(_traces(rows) for rows in (before, after)))
-        if {row.condition.name for row in before} == {row.condition.name for row in after}:
-            # A condition of one name in both is compared where it is declared.
-            arc.changed("number", len(before), len(after))
-            continue
-        # When the cause occurs, as far as both versions agree on it; the error has priority (2.4).
-        one, other = (s.state(before[0].source).behaviour for s in (old, new))
-        premises: list[Any] = []
-        for (when, holds), (again, _) in zip(
-            *(behaviour.facts_after(before[0].cause)[::-1] for behaviour in (one, other)),
-            strict=False,
-        ):
-            common = conditions.common([when], [again])
-            premises += common if holds else map(conditions.make.negation, common)
-        whens = [[row.condition.when for row in rows] for rows in (before, after)]
-        texts = _condition_names(before), _condition_names(after)
-        arc.verdict(conditions.compare(whens[0], whens[1], premises), texts, "condition")
-
-
-def _traces(rows: Sequence[Transition]) -> str:
-    return ", ".join(sorted(str(row.trace) for row in rows if row.trace))
-
-
-def _condition_names(rows: Sequence[Transition]) -> str:
-    return " or ".join(sorted({row.condition.name for row in rows}))
-
-
-def _compare_assumptions(diff: SystemDiff, _: PartLog, old: Subsystem, new: Subsystem) -> None:
-    """Assumptions have no names; those that mean the same are the same."""
-    is_same, added = diff.machine.is_same_assumption, list(new.axioms)
-    for before in old.axioms:
-        again = next((after for after in added if is_same(before.that, after.that)), None)
-        if again is None:
-            note = "runs are no longer checked for it"
-            part = diff.log.part("assumption")
-            part.removed(show(before.that), guarantee="weaker", note=note)
-            continue
-        added.remove(again)
-        assumption = diff.log.part("assumption", show(again.that))
-        assumption.remark("text", show(before.that), show(again.that))
-        assumption.remark("reason", before.because, again.because)
-    for after in added:
-        note = "proofs rest on it from now on"
-        diff.log.part("assumption").added(show(after.that), guarantee="weaker", note=note)
 
 
 # The plant, the task and the requirements.
@@ -531,7 +366,8 @@ def _compare_formula(diff: SystemDiff, part: PartLog, old: FormulaLet, new: Form
 def _let_text(item: FormulaLet | Let | Constant) -> str:
     if isinstance(item, FormulaLet) and item.formula:
         return item.formula.that
-    return show(item.value) if item.value else ""
+    value = getattr(item, "initial", None) or item.value
+    return show(value) if value else ""
 
 
 # The tables: how parts are shown, and which of their fields are not compared by their types.
@@ -569,6 +405,10 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "requirements": _compare_requirements,
         "formula_lets": _parts("let", "formula_lets"),
     },
+    Constant: {
+        "value": lambda diff, part, old, new: compare_constants(old, new, part, diff.values),
+        **dict.fromkeys(("bounds", "initial")),
+    },
     Operator: {
         "name": None,
         "parameters": _text("signature", _signature),
@@ -594,21 +434,25 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "constants": _parts("parameter", "constants"),
         "memory": _parts("memory", "memory"),
         "lets": _parts("let", "lets"),
-        "conditions": _compare_conditions,
+        "conditions": lambda diff, _, old, new: diff.machine.conditions(old, new),
         "functions": _compare_functions,
-        "behaviours": _compare_behaviours,
+        "behaviours": lambda diff, _, old, new: diff.machine.behaviours(old, new),
         "states": _parts("state", "states"),
-        "initial_state": _compare_initial_states,
-        "transitions": _compare_rows,
-        "axioms": _compare_assumptions,
+        "modes": lambda diff, _, old, new: diff.machine.modes(old, new),
+        "initial_state": lambda diff, _, old, new: diff.machine.initial_states(old, new),
+        "transitions": lambda diff, _, old, new: diff.machine.rows(old, new),
+        "axioms": lambda diff, _, old, new: diff.machine.assumptions(old, new),
     },
-    Condition: {"when": _compare_when},
+    Condition: {"when": lambda diff, *parts: diff.machine.when(*parts)},
     Function: {"assignments": _compare_assignments, **dict.fromkeys(("is_complete", "generic"))},
     Behaviour: {
-        "functions": _compare_effects,
+        "functions": lambda diff, *parts: diff.machine.effects(*parts),
         **dict.fromkeys(("is_complete", "generic", "arguments")),
     },
-    State: {"behaviour": _compare_behaviour, "ignores": None, "holds": None},
+    State: {
+        **dict.fromkeys(("ignores", "holds", "modes")),
+        "behaviour": lambda diff, *parts: diff.machine.behaviour(*parts),
+    },
     Plant: {
         "ros2": _parts("ros2", "ros2"),
         "published": _text("publish", lambda p: _plain_text(tuple(e.name for e in p.published))),

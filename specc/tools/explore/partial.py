@@ -236,6 +236,8 @@ def is_larger_than(expr: m.Expr, parts: int) -> bool:
 
 def _constant(expr: m.ConstantRef, known: KnownValues) -> m.Expr:
     value = known.constants.get(expr.name)
+    if expr.is_live and value is not None:
+        return residual(value, known)
     return value if value is not None and is_literal(value) else expr
 
 
@@ -256,7 +258,7 @@ def _fold_by_range(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
     """The expression, or its value if ranges decide it."""
     value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
     if isinstance(value, (m.Compare, m.Builtin)) and (
-        known.reads_range(value) or known.reads_progression(value)
+        known.reads_range(value) or known.reads_progression(value) or m.is_live(value)
     ):
         least, greatest = range_of(value, known.range_of)
         if least == greatest and isinstance(value, m.Compare):

@@ -396,7 +396,7 @@ class Walker:
         """The formulas that stay true until an input or memory is renewed, by number."""
         for part in conjuncts(expr):
             rests = self.cone.dependences.of(part)
-            changes = rests.has_clock or rests.has_lag
+            changes = rests.has_clock or rests.has_lag or rests.has_live
             if part != m.TRUE and not changes and rests.inputs <= self.slots.keys():
                 yield self._formulas.number(part)
 

@@ -1,11 +1,12 @@
-"""What a specification of version 1 says in the forms of version 1.2: the same, in fewer rows."""
+"""What a specification says in the newest forms: the same, in fewer rows."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import count
 
 from specc.lang import ExprError, parse
 from specc.model.fsm import OTHERWISE
@@ -20,29 +21,34 @@ def upgrade(root: Collection) -> None:
         if entry.name == "specc" and isinstance(entry.value, Scalar):
             entry.value = _replaced(entry.value, str(VERSIONS[-1]))
     for machine in _machines(root):
-        rows = machine["transitions"]
-        if isinstance(rows, Collection) and not rows.has_links:
+        rows = _part(machine, "transitions")
+        if rows is not None and not rows.has_links:
             _write_remainders(rows, _initial_conditions(machine))
+            _join_rows(rows)
+            _propose_modes(machine, rows)
             _join_rows(rows)
 
 
-def _machines(value: YamlValue) -> Iterator[dict[str, YamlValue]]:
+def _machines(value: YamlValue) -> Iterator[Collection]:
     """The mappings that have a transition table."""
     if not isinstance(value, Collection):
         return
-    parts = {entry.name: entry.value for entry in value.entries}
-    if "transitions" in parts:
-        yield parts
+    if _part(value, "transitions") is not None:
+        yield value
     for entry in value.entries:
         yield from _machines(entry.value)
 
 
-def _initial_conditions(machine: dict[str, YamlValue]) -> Collection | None:
-    value: YamlValue | None = machine.get("conditions")
-    for entry in value.entries if isinstance(value, Collection) else ():
-        if entry.name == "initial" and isinstance(entry.value, Collection):
-            return None if entry.value.has_links else entry.value
-    return None
+def _part(mapping: Collection | None, name: str) -> Collection | None:
+    """The collection below a key."""
+    values = (e.value for e in (mapping.entries if mapping else ()) if e.name == name)
+    value = next(values, None)
+    return value if isinstance(value, Collection) else None
+
+
+def _initial_conditions(machine: Collection) -> Collection | None:
+    value = _part(_part(machine, "conditions"), "initial")
+    return None if value is None or value.has_links else value
 
 
 # The condition that is the negation of the only other one.
@@ -101,6 +107,83 @@ def _join_rows(rows: Collection) -> None:
             sources = _row(first.value, list(states.values()))
             first.value = _row(first.value, [sources, *row[1:]])
             rows.entries = [e for e in rows.entries if all(e is not other for other, _ in others)]
+
+
+# Lists of states that repeat.
+
+
+_StateList = tuple[frozenset[str], list[Entry]]
+"""The states of a list, and the cells of rows that have it."""
+
+
+def _propose_modes(machine: Collection, rows: Collection) -> None:
+    """A mode for each list of at least three states that at least two rows have.
+
+    Lists inside others are modes inside modes. Of lists that overlap, the one in most rows becomes
+    a mode, and the others stay.
+    """
+    states = _part(machine, "states")
+    if states is None or states.has_links or any(e.name == "modes" for e in machine.entries):
+        return
+    known = {entry.name for entry in states.entries}
+    lists = [(names, cell) for cell in _sources(rows) if (names := _names(cell)) and names <= known]
+    groups = [*grouped(lists).items()]
+    found: list[_StateList] = []
+    for names, cells in sorted(groups, key=lambda group: (-len(group[1]), -len(group[0]))):
+        fits = all(names < other or other < names or not names & other for other, _ in found)
+        if len(names) > 2 and len(cells) > 1 and fits:
+            found.append((names, cells))
+    free = (name for n in count(1) if (name := f"mode_{n}") not in known)
+    modes = dict(zip(free, (group for group in groups if group in found), strict=False))
+    written = [_mode(name, modes) for name in modes]
+    for name, (_, cells) in modes.items():
+        for cell in cells:
+            cell.value = _replaced(_scalars(cell)[0], name)
+    if written:
+        key = next(entry for entry in machine.entries if entry.name == "states")
+        assert key.key is not None
+        block = replace(states, flow=False, entries=written, below=[], broken=False)
+        entry = Entry(_replaced(key.key, "modes"), block)
+        machine.entries.insert(machine.entries.index(key) + 1, entry)
+
+
+def _sources(rows: Collection) -> Iterator[Entry]:
+    """The first cell of each row, in its short form or as a mapping."""
+    for row in (entry.value for entry in rows.entries):
+        if isinstance(row, Collection) and not row.is_mapping:
+            yield from row.entries[:1]
+        elif isinstance(row, Collection):
+            yield from (entry for entry in row.entries if entry.name == "from")
+
+
+def _scalars(cell: Entry) -> list[Scalar]:
+    """The items of a list without comments."""
+    value = cell.value
+    if not isinstance(value, Collection) or value.is_mapping or value.broken or value.below:
+        return []
+    items = [entry.value for entry in value.entries if not entry.above and not entry.beside]
+    return [item for item in items if isinstance(item, Scalar)]
+
+
+def _names(cell: Entry) -> frozenset[str]:
+    """The states that a row lists; none if it does not name each of a list once."""
+    names = frozenset(item.text for item in _scalars(cell))
+    is_list = isinstance(cell.value, Collection) and len(names) == len(cell.value.entries)
+    return names if is_list else frozenset()
+
+
+def _mode(name: str, modes: Mapping[str, _StateList]) -> Entry:
+    """The definition of a mode: its states, in the order of its first row, and modes inside."""
+    names, (first, *_) = modes[name]
+    inside = {n: own for n, (own, _) in modes.items() if own < names}
+    inner = [n for n, own in inside.items() if not any(own < other for other in inside.values())]
+    of = {state: mode for mode in inner for state in inside[mode]}
+    members = {of.get(item.text, item.text): item for item in _scalars(first)}
+    like = first.value
+    items: list[YamlValue] = [_replaced(item, text) for text, item in members.items()]
+    states = Entry(_replaced(_scalars(first)[0], "states"), _row(like, items))
+    mapping = Collection(True, True, like.begin, like.start, like.start, entries=[states])
+    return Entry(_replaced(_scalars(first)[0], name), mapping)
 
 
 def _cells(entry: Entry) -> tuple[Scalar, Scalar, Scalar, Scalar] | None:

@@ -19,10 +19,10 @@ Face = Literal["plain", "name", "italic", "note", "lower"]
 """`note` is grey, `lower` a subscript."""
 Look = Literal[
     "subsystem", "device", "other", "missing", "state", "start", "frame", "table", "memory",
-    "input", "output", "operator", "value",
+    "input", "output", "operator", "value", "history",
 ]  # fmt: skip
-Points = Literal["down", "up", "both"]
-"""Where the heads of an arc are: at `head`, at `tail`, at both."""
+Points = Literal["down", "up", "both", "none"]
+"""Where the heads of an arc are: at `head`, at `tail`, at both, nowhere."""
 Stroke = Literal["solid", "dashed", "error", "none"]
 """`error` is dashed and has no say in the layout; `none` is not seen and has nothing but that."""
 
@@ -59,7 +59,11 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """An arrow between two nodes, of which `tail` stands above `head` where there is a choice."""
+    """An arrow between two nodes, of which `tail` stands above `head` where there is a choice.
+
+    One that has a `tail_frame` or `head_frame` begins or ends at that frame around the node. One
+    that `is_loose` has no say in where its ends stand.
+    """
 
     tail: str
     head: str
@@ -67,15 +71,27 @@ class Arc:
     stroke: Stroke = "solid"
     points: Points = "down"
     covers: tuple[str, ...] = ()
+    tail_frame: str = ""
+    head_frame: str = ""
+    is_loose: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """Nodes inside one frame."""
+    """Nodes and other groups inside one frame."""
 
     id: str
     lines: tuple[TextLine, ...]
     nodes: tuple[Box, ...]
+    groups: tuple[Cluster, ...] = ()
+    look: Literal["agent", "mode"] = "agent"
+
+    @property
+    def all_nodes(self) -> Iterator[Box]:
+        """All nodes, including those in groups inside."""
+        yield from self.nodes
+        for group in self.groups:
+            yield from group.all_nodes
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +110,7 @@ class Diagram:
         """All nodes, including those in groups."""
         yield from self.nodes
         for group in self.groups:
-            yield from group.nodes
+            yield from group.all_nodes
 
 
 # Texts.

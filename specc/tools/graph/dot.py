@@ -7,13 +7,14 @@ first. In labels of the other kind Graphviz would replace escapes such as `\\N`;
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from html import escape
 
 from specc.diagnostics.visible import visible
 from specc.tools.graph.diagram import (
     Box,
     Cells,
+    Cluster,
     Diagram,
     Face,
     Look,
@@ -37,6 +38,12 @@ _LOOKS: dict[Look, str] = {
     "output": 'shape=box style=filled fillcolor="#f8e8e4"',
     "operator": 'shape=ellipse style=filled fillcolor=white margin="0.04,0.02"',
     "value": 'shape=plaintext margin="0.04,0.02"',
+    "history": "shape=circle style=filled fillcolor=white width=0.24 fixedsize=true",
+}
+_FRAMES = {
+    "agent": 'style=rounded color="#555555" labelloc=b labeljust=l margin=12',
+    "mode": 'style="rounded,filled" color="#555555" fillcolor="#f8f8f8" '
+    "labelloc=t labeljust=l margin=7",
 }
 _STROKES: dict[Stroke, str] = {
     "solid": "",
@@ -44,7 +51,7 @@ _STROKES: dict[Stroke, str] = {
     "error": "style=dashed weight=0",
     "none": "style=invis",
 }
-_POINTS: dict[Points, str] = {"down": "", "up": "dir=back", "both": "dir=both"}
+_POINTS: dict[Points, str] = {"down": "", "up": "dir=back", "both": "dir=both", "none": "dir=none"}
 _FACES: dict[Face, tuple[str, str]] = {
     "plain": ("", ""),
     "name": ("<B>", "</B>"),
@@ -61,6 +68,8 @@ _PLAIN = 'BORDER="0" CELLBORDER="0" CELLSPACING="0"'
 
 def as_dot(diagram: Diagram) -> str:
     """The text of a diagram; that of equal diagrams is the same, byte for byte."""
+    has_modes = any(group.look == "mode" for group in diagram.groups)
+    framed = ["         compound=true ranksep=0.2"] if has_modes else []
     many = ["         splines=line nslimit=1 nslimit1=1"] if len(diagram.arcs) > _MANY else []
     notes = f"<{_rows(diagram.notes)}>" if diagram.notes else '""'
     lines = [
@@ -68,26 +77,41 @@ def as_dot(diagram: Diagram) -> str:
         f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10",
         *many,
         "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l",
+        *framed,
         f"         label={notes}]",
         f'  node [{_FONT} fontsize=10 height=0.3 width=0.3 margin="0.08,0.05" penwidth=0.8]',
         f"  edge [{_FONT} fontsize=10 arrowsize=0.6 penwidth=0.8]",
     ]
     for group in diagram.groups:
-        lines += [
-            f"  subgraph {_quoted(f'cluster {group.id}')} {{",
-            '    graph [style=rounded color="#555555" labelloc=b labeljust=l margin=12',
-            f"           label={_label(group.lines, 'LEFT')}]",
-            *(f"    {_node(node)}" for node in group.nodes),
-            "  }",
-        ]
+        lines += [f"  {each}" for each in _group(group)]
     lines += [f"  {_node(node)}" for node in diagram.nodes]
     lines += [f"  {{rank=same; {'; '.join(map(_quoted, level))}}}" for level in diagram.levels]
     for arc in diagram.arcs:
         label = f"label={_spaced(arc.lines, 2)}" if arc.lines else ""
-        attributes = " ".join(filter(None, (_STROKES[arc.stroke], _POINTS[arc.points], label)))
+        frames = ("ltail", arc.tail_frame), ("lhead", arc.head_frame)
+        ends_at = (f"{key}={_quoted(_frame(name))}" for key, name in frames if name)
+        loose = "constraint=false" if arc.is_loose else ""
+        parts = (_STROKES[arc.stroke], _POINTS[arc.points], label, *ends_at, loose)
+        attributes = " ".join(filter(None, parts))
         ends = f"{_quoted(arc.tail)} -> {_quoted(arc.head)}"
         lines.append(f"  {ends} [{attributes}]" if attributes else f"  {ends}")
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _group(group: Cluster) -> Iterator[str]:
+    """The lines of a group, and of those inside it."""
+    yield f"subgraph {_quoted(_frame(group.id))} {{"
+    yield f"  graph [{_FRAMES[group.look]}"
+    yield f"         label={_label(group.lines, 'LEFT')}]"
+    yield from (f"  {_node(node)}" for node in group.nodes)
+    for inner in group.groups:
+        yield from (f"  {each}" for each in _group(inner))
+    yield "}"
+
+
+def _frame(group: str) -> str:
+    """What Graphviz calls a group, by which it knows that it has a frame."""
+    return f"cluster {group}"
 
 
 def _node(node: Box) -> str:

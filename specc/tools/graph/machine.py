@@ -3,18 +3,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from specc.lang.show import show
 from specc.model import expr as m
-from specc.model.fsm import Assignment, Condition, Function, State, Trace, Transition
+from specc.model.fsm import (
+    Assignment,
+    Cause,
+    Condition,
+    Function,
+    Mode,
+    State,
+    Trace,
+    Transition,
+)
 from specc.model.system import Let, Subsystem
 from specc.reachable import grouped, reachable
 from specc.tools.graph.diagram import (
     Arc,
     Box,
     Cells,
+    Cluster,
     Diagram,
     Look,
     Stroke,
@@ -33,43 +43,179 @@ _CONDITION, _EXPRESSION = 26, 84
 
 
 def states(subsystem: Subsystem) -> Diagram:
-    """A node for each state, an arc for the rows of one cause between two states."""
+    """A node for each state, a frame for each mode, an arc for the rows of one kind of cause
+    between two of them."""
     rows = subsystem.transitions
-    known = {state.name: _state(state) for state in subsystem.states}
+    own = {state.name: _state(subsystem, state) for state in subsystem.states}
     ends = dict.fromkeys(end for row in rows for end in (row.source, row.target))
     missing = (line("not there", "note"),)
-    nodes = [*known.values()]
-    nodes += [Box(end, "missing", (line(end), *missing)) for end in ends if end not in known]
-    arcs = []
-    by_ends = grouped(((row.source, row.target, row.cause), n) for n, row in enumerate(rows))
-    for (source, target, cause), own in by_ends.items():
-        lines = tuple(each for number in own for each in _row(rows[number]))
-        stroke: Stroke = "solid" if cause == "terminal" else "error"
-        arcs.append(Arc(source, target, lines, stroke, covers=tuple(map(str, own))))
-    if subsystem.has_initial_state and subsystem.initial_state in known:
+    modes = _Modes(subsystem, own)
+    nodes = [own[state.name] for state in subsystem.states if not state.modes]
+    nodes += [Box(end, "missing", (line(end), *missing)) for end in ends if end not in own]
+    by_ends = grouped(
+        ((row.source_mode or row.source, _head(row), row.cause == "terminal"), n)
+        for n, row in enumerate(rows)
+    )
+    arcs: list[Arc] = []
+    for (tail, head, is_terminal), numbers in by_ends.items():
+        stroke: Stroke = "solid" if is_terminal else "error"
+        written = grouped((rows[n].place, rows[n]) for n in numbers).values()
+        lines = tuple(each for flat in written for each in _row(flat))
+        covers = tuple(map(str, numbers))
+        arcs += modes.arcs(tail, head, rows[numbers[0]], lines, stroke, covers)
+    if subsystem.has_initial_state and subsystem.initial_state in own:
         nodes.insert(0, Box(_START, "start", ()))
         arcs.insert(0, Arc(_START, subsystem.initial_state))
+        if subsystem.modes:
+            modes.levels.append((_START, subsystem.initial_state))
+    arcs += modes.starts
+    nodes += modes.marks.get("", {}).values()
     notes = tuple(_notes(subsystem))
-    return Diagram(subsystem.qualified_name, tuple(nodes), tuple(arcs), notes=notes)
+    groups = tuple(modes.frame(mode) for mode in subsystem.modes if not mode.parent)
+    levels = tuple(modes.levels)
+    return Diagram(subsystem.qualified_name, tuple(nodes), tuple(arcs), groups, levels, notes)
 
 
-def _state(state: State) -> Box:
+def _head(row: Transition) -> str:
+    """What a row leads to: a mode that it resumes, a mode, or a state."""
+    return f"resume {row.resumes}" if row.resumes else row.target_mode or row.target
+
+
+def _start(mode: str) -> str:
+    return f"start of {mode}"
+
+
+def _history(mode: str) -> str:
+    return f"history of {mode}"
+
+
+def _any(mode: str) -> str:
+    return f"any state of {mode}"
+
+
+@dataclass(eq=False, slots=True)
+class _Modes:
+    """The frames of modes, with marks inside where arcs begin or end."""
+
+    subsystem: Subsystem
+    own: Mapping[str, Box]
+    """The nodes of states."""
+    marks: dict[str, dict[str, Box]] = field(default_factory=dict)
+    """Mode -> marks in its frame by their names; "" has those outside of all."""
+    starts: list[Arc] = field(default_factory=list)
+    """From the mark at which a mode is entered to its initial state."""
+    levels: list[tuple[str, ...]] = field(default_factory=list)
+
+    def arcs(
+        self,
+        tail: str,
+        head: str,
+        row: Transition,
+        lines: tuple[TextLine, ...],
+        stroke: Stroke,
+        covers: tuple[str, ...],
+    ) -> Iterator[Arc]:
+        """The arc of rows between states and modes; `row` is one of them.
+
+        Graphviz would place a text as if the arc began and ended at nodes, so the text of one that
+        ends at a frame is a node outside.
+        """
+        tail, tail_frame = self._tail(tail, row)
+        head, head_frame = self._head(head, row)
+        if not lines or not (tail_frame or head_frame):
+            is_loose = self._mode_of(tail) != self._mode_of(head)
+            yield Arc(tail, head, lines, stroke, "down", covers, tail_frame, head_frame, is_loose)
+            return
+        text = f"text {' '.join(covers)}"
+        around = [self._around(row.source, tail_frame), self._around(row.target, head_frame)]
+        common = [mode for mode in around[0] if mode in around[1]]
+        self._mark(common[-1] if common else "", Box(text, "value", lines))
+        yield Arc(tail, text, (), stroke, "none", (), tail_frame)
+        yield Arc(text, head, (), stroke, "down", covers, "", head_frame)
+
+    def _tail(self, tail: str, row: Transition) -> tuple[str, str]:
+        """The node at which the arc of a row begins, and the frame, if it does at a frame."""
+        if not row.source_mode:
+            return tail, ""
+        inside = self.subsystem.mode(row.source_mode).states
+        if row.target in inside:
+            # Graphviz has no arc from a frame to what is in it.
+            return self._mark(tail, Box(_any(tail), "value", (line("any", "italic"),))), ""
+        # From the second state it goes to the side of the frame, above what the frame is left for.
+        return inside[:2][-1], tail
+
+    def _head(self, head: str, row: Transition) -> tuple[str, str]:
+        """The node at which it ends, and the frame, if it does at a frame."""
+        if row.resumes:
+            sign = "H*" if self._inner(row.resumes) else "H"
+            mark = Box(_history(row.resumes), "history", (line(sign),))
+            return self._mark(row.resumes, mark), ""
+        if not row.target_mode:
+            return head, ""
+        mode = self.subsystem.mode(head)
+        if _start(head) not in self.marks.get(head, ()):
+            self.starts.append(Arc(_start(head), mode.initial))
+            if self._mode_of(mode.initial) == head:
+                self.levels.append((_start(head), mode.initial))
+        is_inside = row.source in mode.states
+        return self._mark(head, Box(_start(head), "start", ())), "" if is_inside else head
+
+    def _around(self, state: str, frame: str) -> tuple[str, ...]:
+        """The modes around a state, or around one of these that has a frame."""
+        modes = self.subsystem.state(state).modes
+        return modes[: modes.index(frame)] if frame else modes
+
+    def _mark(self, mode: str, box: Box) -> str:
+        return self.marks.setdefault(mode, {}).setdefault(box.id, box).id
+
+    def _mode_of(self, node: str) -> str:
+        """The innermost mode around a state or a mark; "" if there is none."""
+        marked = {name: mode for mode, marks in self.marks.items() for name in marks}
+        around = {state.name: state.modes[-1] for state in self.subsystem.states if state.modes}
+        return (around | marked).get(node, "")
+
+    def _inner(self, name: str) -> list[Mode]:
+        return [mode for mode in self.subsystem.modes if mode.parent == name]
+
+    def frame(self, mode: Mode) -> Cluster:
+        """The frame of a mode, with its error conditions."""
+        lines = [
+            (TextRun(mode.name, "name"), *equations(mode.trace.eq)),
+            *wrap_lines(mode.title, 34),
+        ]
+        for cause, condition in mode.errors:
+            lines += _ending(cause, condition, 46)
+        states = (s.name for s in self.subsystem.states if s.modes[-1:] == (mode.name,))
+        nodes = *self.marks.get(mode.name, {}).values(), *(self.own[name] for name in states)
+        groups = tuple(map(self.frame, self._inner(mode.name)))
+        return Cluster(mode.name, tuple(lines), nodes, groups, "mode")
+
+
+def _state(subsystem: Subsystem, state: State) -> Box:
     behaviour = state.behaviour
     name = TextRun(state.name, "name"), TextRun("  "), TextRun(behaviour.name, "italic")
     lines = [
         (*name, *equations(behaviour.trace.eq)),
         *wrap_lines(state.title or behaviour.title, 34),
     ]
-    for cause, condition in reversed(behaviour.endings):
+    around = sum(len(subsystem.mode(mode).errors) for mode in state.modes)
+    for cause, condition in reversed(behaviour.endings[around:]):
         if condition.when != m.FALSE:
-            sign = "ends" if cause == "terminal" else "error"
-            when = " at once" if condition.when == m.TRUE else f": {_condition(condition)}"
-            *most, last = wrap_lines(f"{sign}{when}", 36, "note")
-            lines += [*most, last + equations(condition.trace.eq)]
+            lines += _ending(cause, condition, 36)
     if state.holds:
         names = ", ".join(f"y.{peer}.{name}" for peer, name in state.holds)
         lines += wrap_lines(f"holds {names}", 36, "note")
     return Box(state.name, "state", tuple(lines), covers=(state.name,))
+
+
+def _ending(cause: Cause, condition: Condition, columns: int) -> list[TextLine]:
+    """A terminal or error condition in a box, by the name of its cause if it has one."""
+    text = _condition(condition)
+    name = f" {cause}" if cause not in ("terminal", "error", text) else ""
+    sign = "ends" if cause == "terminal" else f"error{name}"
+    when = " at once" if condition.when == m.TRUE else f": {text}"
+    *most, last = wrap_lines(f"{sign}{when}", columns, "note")
+    return [*most, last + equations(condition.trace.eq)]
 
 
 def _condition(condition: Condition) -> str:
@@ -77,11 +223,20 @@ def _condition(condition: Condition) -> str:
     return condition.name if is_named(condition) else show(condition.when)
 
 
-def _row(row: Transition) -> tuple[TextLine, ...]:
-    """The initial condition of a row, unless it only says that it always holds."""
-    if row.condition.name == "always" and not row.trace.eq:
+def _row(rows: Sequence[Transition]) -> tuple[TextLine, ...]:
+    """The cause, if it has a name, and the initial condition of a row of the file.
+
+    A condition that always holds is left out. `rows` are those of the flat machine.
+    """
+    row = rows[0]
+    causes = {each.cause for each in rows}
+    cause = row.cause if len(causes) == 1 and row.cause not in ("terminal", "error") else ""
+    is_always = row.condition.name == "always"
+    if is_always and not row.trace.eq and not cause:
         return ()
-    *most, last = wrap_lines(_condition(row.condition), _CONDITION) or ((),)
+    text = "" if is_always and cause else _condition(row.condition)
+    text = ": ".join(filter(None, (cause, text)))
+    *most, last = wrap_lines(text, _CONDITION) or ((),)
     return *most, last + equations(row.condition.trace.eq or row.trace.eq)
 
 
@@ -95,7 +250,7 @@ def _notes(subsystem: Subsystem) -> Iterator[Cells]:
             head = (TextRun(condition.name, "name"), *equations(condition.trace.eq))
             for number, each in enumerate(wrap_lines(show(condition.when), _EXPRESSION)):
                 yield Cells((head if number == 0 else line(" "), each))
-    if any(row.cause == "error" for row in subsystem.transitions):
+    if any(row.cause != "terminal" for row in subsystem.transitions):
         yield Cells((line("dashed", "italic"), line("after an error")))
 
 

@@ -15,6 +15,7 @@ from fractions import Fraction
 
 from specc.lang.packages import PACKAGES
 from specc.model.expr import FALSE, TRUE, Expr, negation
+from specc.model.fsm import NEVER_LEFT
 from specc.source import Place
 from specc.tools.importers.logic import atom, atoms, join, render
 from specc.tools.importers.reading import Notes, XmlElement
@@ -194,7 +195,7 @@ class _ChartAgent:
     ) -> None:
         self._chart, self.name, self.title = chart, name, chart.name
         self._events, self._all_guards, self._notes = events, guards, notes
-        self._state_names = SpecNames()
+        self._state_names = SpecNames((NEVER_LEFT,) if chart.compound else ())
         self.guards: dict[str, str] = {}
         self._lets = SpecNames(events.members)
         self.let: dict[str, Data] = {}
@@ -258,8 +259,8 @@ class _ChartAgent:
         for name, choices in self._choices.items():
             own = self._state_names.of(name)
             found[own] = [] if self.inputs else [f"tell_{own}"]
-            asked = (part.name for choice in choices for part in atoms(choice.when))
-            if _DONE in asked:
+            names = (part.name for choice in choices for part in atoms(choice.when))
+            if _DONE in names:
                 found[own].append("note_done")
         return found
 
@@ -318,15 +319,15 @@ class _ChartAgent:
             when = _row_condition(guard, members, earlier)
             next = None
             if transition.target:
-                kept = self._kept(source, transition)
-                next = self._led_to(state.id, transition.target, kept, transition.element)
+                domain = self._domain(source, transition)
+                next = self._led_to(state.id, transition.target, domain, transition.element)
             elif source is state:
                 next = _Next(state.id)
             choices.append(_Choice(source, transition, guard, members, when, next))
         return choices
 
-    def _kept(self, source: ChartState, transition: Transition) -> list[str]:
-        """The states around a transition that it does not leave: those around its target, too."""
+    def _domain(self, source: ChartState, transition: Transition) -> list[str]:
+        """The states around a transition that it does not leave; SCXML names the innermost one."""
         chart = self._chart
         history = chart.history.get(transition.target)
         above = chart.around(history.parent) if history else chart.around(transition.target)[1:]
@@ -335,8 +336,8 @@ class _ChartAgent:
             del around[0]
         return [name for name in around if name in above]
 
-    def _led_to(self, state: str, target: str, kept: Sequence[str], element: XmlElement) -> _Next:
-        """Where a target leads from an atomic state, if all around it but `kept` is left.
+    def _led_to(self, state: str, target: str, domain: Sequence[str], element: XmlElement) -> _Next:
+        """Where a target leads from an atomic state, if all around it but `domain` is left.
 
         The history of a state that is just left is where it was: no row has to resume it.
         """
@@ -349,7 +350,7 @@ class _ChartAgent:
                 target = self._chart.state[target].initial
             elif history.parent not in around:
                 return _Next(history.parent, history)
-            elif history.parent in kept:
+            elif history.parent in domain:
                 message = f"`{target}` is a history of `{history.parent}`, which is not left here"
                 help = "a mode is resumed from outside; name a state, or the history of one inside"
                 self._refuse(message, element.value_place("target"), help)
@@ -485,12 +486,12 @@ class _ChartAgent:
         """
         order = {state.id: index for index, state in enumerate(self._chart.states)}
         found: dict[tuple[int, int, str, str], list[str]] = {}
-        told: set[int] = set()
+        reported: set[int] = set()
         for name, choices in self._choices.items():
             for choice in choices:
                 transition = choice.transition
-                if not transition.target and id(transition) not in told:
-                    told.add(id(transition))
+                if not transition.target and id(transition) not in reported:
+                    reported.add(id(transition))
                     message = f"a transition without a target enters `{name}` again"
                     if choice.next is None:
                         message = "a transition without a target only takes its event"

@@ -237,7 +237,9 @@ class _Proposals:
                 enum = f"{type_.name}." if isinstance(type_, Enum) else ""
                 yield from self._visible("member", below=enum)
             yield from self._visible(*_VISIBLE[form])
-            yield from (Completion(name, "builtin") for name in BUILTIN_NAMES)
+            modes = [*self._visible("mode")] if form == "full" else []
+            known = (name for name in BUILTIN_NAMES if modes or name not in CLOCK_NAMES)
+            yield from (Completion(name, "builtin") for name in known)
             if form == "full":
                 yield from (Completion(name, "clock") for name in CLOCK_NAMES)
             if has_inputs:

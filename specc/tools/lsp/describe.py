@@ -108,7 +108,7 @@ def _definition(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
         return
     match symbol.kind:
         case "let" | "constant" | "type" | "file" | "operator":
-            keys: tuple[str, ...] = ("is", "type", "signature", "python")
+            keys: tuple[str, ...] = ("is", "type", "signature", "python", "range", "live")
         case "memory" | "element":
             keys = ("init",)
         case "initial condition" | "terminal condition" | "error condition":

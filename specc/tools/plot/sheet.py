@@ -8,14 +8,14 @@ import math
 import warnings
 from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from heapq import nlargest
 from itertools import groupby, product
 from typing import Any
 
 from specc.diagnostics.visible import visible
-from specc.model.system import System
+from specc.model.system import Subsystem, System
 from specc.tools.canvas import content, figure, text_width
 from specc.tools.plot.signals import Signal, unwrap_rotations
 
@@ -27,12 +27,16 @@ _FINEST = 1500
 """Spans of equal length that can be told apart in a band."""
 
 
+Span = tuple[float, float, str]
+"""Begin and end in s, and a state."""
+
+
 @dataclass(frozen=True, slots=True)
 class Band:
     """The states of a machine over time: when each begins and ends, in s."""
 
     label: str
-    spans: tuple[tuple[float, float, str], ...]
+    spans: tuple[Span, ...]
     states: tuple[str, ...]
     """In the order of their colours."""
 
@@ -126,10 +130,30 @@ def bands(
                 label = f"{name} ({run.name})" if run.name else name
                 spans = tuple((s.begin_s, s.end_s, s.state) for s in line.spans)
                 states = dict.fromkeys([*first, *declared, *(state for *_, state in spans)])
+                yield from _mode_bands(label, subsystem, spans) if subsystem else ()
                 yield Band(label, spans, tuple(states))
 
 
-def merge_short_spans(band: Band, length_s: float) -> Iterator[tuple[float, float, str]]:
+def _mode_bands(label: str, subsystem: Subsystem, spans: Sequence[Span]) -> Iterator[Band]:
+    """The modes in which a machine is over time, the inner ones below those around them."""
+    around = {state.name: state.modes for state in subsystem.states}
+    first = around.get(subsystem.initial_state, ())
+    for depth in range(max(map(len, around.values()), default=0)):
+        modes = {state: own[depth] for state, own in around.items() if len(own) > depth}
+        names = dict.fromkeys((*first[depth : depth + 1], *modes.values()))
+        title = f"{label} modes" if depth == 0 else ""
+        yield Band(title, tuple(_in_modes(spans, modes)), tuple(names))
+
+
+def _in_modes(spans: Sequence[Span], modes: Mapping[str, str]) -> Iterator[Span]:
+    """The spans of states as those of modes, by the mode of each state that has one."""
+    for mode, group in groupby(spans, lambda span: modes.get(span[2], "")):
+        own = list(group)
+        if mode:
+            yield own[0][0], own[-1][1], mode
+
+
+def merge_short_spans(band: Band, length_s: float) -> Iterator[Span]:
     """The spans of a band; adjacent ones that are too short to be told apart are merged."""
     shortest = length_s / _FINEST
     for is_short, group in groupby(band.spans, lambda span: span[1] - span[0] < shortest):

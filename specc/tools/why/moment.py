@@ -15,6 +15,7 @@ from typing import Any
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.kinds import Sort, kind
 from specc.lang.values import NotRecorded, Value
+from specc.lower.module import LiveSlot, live_slots
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Int, OptionalOf, Real, Record, Type
@@ -143,7 +144,8 @@ class Moment:
                 if node in found:
                     continue
                 found[node] = None
-            if isinstance(node, m.LetRef):
+            # Of `elapsed(mode)` the time is told, not the number of periods that is behind it.
+            if isinstance(node, m.LetRef) and node.name.isidentifier():
                 inside.append(self.subsystem.let(node.name).value)
             elif not isinstance(node, m.Fresh | m.Present | m.Lag):
                 inside += reversed(list(m.children(node)))
@@ -158,6 +160,7 @@ class Moment:
             inputs=_Lazy(self._input),
             fresh=_Fresh(self._step["fresh"]),
             lags=_Lazy(self._lag),
+            live=_Lazy(lambda name: self._live(live_slots(self._system, self.subsystem)[name])),
             present={key for key in self.subsystem.inputs if self._data_of(key) is not None},
             memory=_Lazy(lambda name: self._recorded_memory(name, variant)),
             lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
@@ -187,6 +190,13 @@ class Moment:
         if data is None:
             raise NotKnown(f"the {kind} of x.{peer}.{element} is not recorded")
         return value_of(Real() if kind == "age" else Int(), data)
+
+    def _live(self, slot: LiveSlot) -> Value:
+        group, name = slot.path
+        data = self._step["x"].get(group)
+        if not isinstance(data, dict) or name not in data:
+            raise NotKnown(f"what {name} was then is not recorded")
+        return value_of(slot.constant.value.type, data[name])
 
     def _recorded_memory(self, name: str, variant: int) -> Value:
         item = next(item for item in self.subsystem.memory if item.name == name)

@@ -24,7 +24,7 @@ from specc.emit import fill_templates
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Fields, Value, is_close
 from specc.lower import lower
-from specc.lower.module import Module, PythonTypes, lag_slots, named_types
+from specc.lower.module import Module, PythonTypes, lag_slots, live_slots, named_types
 from specc.model.system import System
 from specc.model.types import Type
 from specc.proof import InputName
@@ -130,6 +130,10 @@ class SubsystemCode:
             for key, item in self.subsystem.inputs.items()
         }
         self.elements |= lag_slots(self.subsystem, self.names.inputs)
+        self.elements |= {
+            name: (slot.attribute, slot.constant.value.type)
+            for name, slot in live_slots(self.system, self.subsystem).items()
+        }
         self.memory = {
             item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory
         }

@@ -62,6 +62,8 @@ def step_between(before: Situation | None, at: Situation, into: str = "", way: s
         for key, lag in at.lags.items()
         if lags.get(key) != lag
     }
+    live = {} if before is None else before.live
+    there |= {name: value for name, value in at.live.items() if live.get(name) != value}
     arrives = {input_text(name): at.inputs[name] for name in present if name in at.fresh}
     absent = map(input_text, sorted(known.keys() - at.present))
     return Periods(arrives, there, tuple(absent), into, way)

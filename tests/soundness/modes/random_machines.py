@@ -17,7 +17,7 @@ STEADY = {"go": "bool", "n": "int", "d": "real[m]", "k": "Colour"}
 """What comes in every period, from a device through an effector."""
 SPORADIC = {"e": "int", "c": "Colour"}
 """What comes now and then, from a receptor; without a value until then."""
-IN_STATES = False
+IN_STATES = True
 """Whether behaviours may stand in their states."""
 TIMES = ("0.1", "0.2", "0.3", "0.5")
 
@@ -65,8 +65,12 @@ class Author:
         states = self.forest.states
         self.behaviour_of: dict[str, str] = {}
         self.initial = {m: self._inside(m) for m in self.forest.members}
-        self.initial_state = states[0] if rng.random() < 0.8 else rng.choice(states)
-        self.asks = rng.choice(("", "", "e", "e", "held"))
+        self.initial_state = states[0] if rng.random() < 0.7 else rng.choice(states)
+        if (ways := [m for m in self.initial if self.first_state(m)]) and rng.random() < 0.15:
+            self.initial_state = rng.choice(ways)
+        self.let = f"elapsed({self._mode()}) > {rng.choice(TIMES)}[s]" if self.initial else ""
+        """The value of a let that conditions may name."""
+        self.asks = rng.choice(("", "", "e", "e", "held", "held"))
         """What some states rely on: an input that may be absent, or memory that may be empty."""
         self.gate = {"e": "fresh(x.v.e)", "held": "held is not None", "": ""}[self.asks]
         self.relying = self._relying()
@@ -132,7 +136,8 @@ class Author:
         ]  # fmt: skip
         if mode:
             ways += [f"elapsed({mode}) {op} {time}[s]"] * 3
-            ways += [f"elapsed({mode}) < {time}[s]"]
+            ways += [f"elapsed({mode}) < {time}[s]", "late"]
+            ways += [f"entered({mode})"] if rng.random() < 0.1 else []
         return rng.choice(ways)
 
     def _mode(self) -> str:
@@ -220,7 +225,8 @@ class Author:
                     fits = not taken & written[function] and function != "probe"
                     fits = fits and (function != "rely" or relies)
                     fits = fits and (not keeps or rng.random() < 0.05)
-                    if fits and rng.random() < (0.9 if function == "rely" else 0.4):
+                    often = {"rely": 0.9, "hold": 0.3, "drop": 0.2}.get(function, 0.4)
+                    if fits and rng.random() < often:
                         used.append(function)
                 yield name, {"functions": used, **self._endings(name, relies)}
 
@@ -254,12 +260,26 @@ class Author:
                 found[name]["initial"] = self.initial[name]
             all_rely = set(self.forest.leaves(name)) <= self.relying
             count = rng.choice((0, 0, 1, 1, 2))
-            if count:
+            if count and rng.random() < 0.2:
+                declared = f"{name.lower()}_lost"
+                self.errors[name] = {declared: self.condition(all_rely)}
+                self.conditions.setdefault("error", {}).update(self.errors[name])
+                found[name]["error"] = declared
+            elif count:
                 self.errors[name] = {
-                    f"{name.lower()}_{i}": self.condition(all_rely) for i in range(count)
+                    self._name_of_error(name, i): self.condition(all_rely) for i in range(count)
                 }
                 found[name]["error"] = dict(self.errors[name])
         return found
+
+    def _name_of_error(self, mode: str, number: int) -> str:
+        """Modes that are not in each other may have errors of one name."""
+        forest = self.forest
+        near = [m for m in forest.members if mode in forest.around(m) or m in forest.around(mode)]
+        known = [name for m in (mode, *near) for name in self.errors.get(m, ())]
+        if number == 0 and "stop" not in known and self.rng.random() < 0.2:
+            return "stop"
+        return f"{mode.lower()}_{number}"
 
     # Rows ------------------------------------------------------------------------------
 
@@ -415,6 +435,7 @@ class Author:
             },
             "y": {"m": {"u": "int"}},
             "memory": self._memory(functions),
+            "let": {"late": self.let} if self.let else {},
             "conditions": self.conditions,
             "functions": {name: part for name, part in functions.items() if name in named},
             "behaviours": behaviours,

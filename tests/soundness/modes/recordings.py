@@ -60,7 +60,9 @@ def record(package: Path, folder: Path, rng: Random, ticks: int, stalls: float) 
     system, file = rehearsal.again(), folder / "run.mcap"
     plant = Plant(rehearsal._forms)
     plant.follow(reports(rehearsal, rng, ticks), 0)
-    recorder = Recorder(Options(package, record=file, record_exact=True), system, plant, clock)
+    texts = {"spec.yaml": (folder / "spec.yaml").read_text(encoding="utf-8")}
+    options = Options(package, record=file, record_exact=True, texts=texts)
+    recorder = Recorder(options, system, plant, clock)
     timing: Timing = RealTime(clock)
     executor = Executor(system, plant, [recorder], inline=True, clock=clock, timing=timing)
     while executor.tick < ticks and executor.advance():

@@ -133,7 +133,7 @@ def _situation(
     machine.memory = {name: _drawn(name, rng) for name in written.memory}
     for mode in written.modes:
         least = machine.periods if mode in machine.stack else 0
-        machine.lasted[mode] = least + rng.randrange(6)
+        machine.lasted[mode] = least + rng.randrange(9)
         inside = [s for s in written.states if mode in written.modes_of(s)]
         machine.left |= {mode: rng.choice(inside)} if rng.random() < 0.7 else {}
     for text, (is_fresh, value) in example.items():

@@ -839,3 +839,177 @@ c    | A | s=0
 """,
     ),
 )
+
+
+TABLE = """
+transitions:
+  - [A, terminal, always, B]
+  - [B, terminal, is_a, A]
+  - [B, terminal, otherwise, P]
+  - [P, terminal, always, A]
+"""
+REFUSED = (
+    Case(
+        "a mode has the name of a state",
+        "Names of states and modes are distinct.",
+        "modes: {B: {states: [A], initial: A}}" + TABLE,
+        "",
+        "E0205 `B`",
+    ),
+    Case(
+        "a state is in two modes",
+        "Together the modes form a forest.",
+        "modes: {W: {states: [A, B], initial: A}, V: {states: [B], initial: B}}" + TABLE,
+        "",
+        "E0604 `B`",
+    ),
+    Case(
+        "a mode is in itself",
+        "Together the modes form a forest.",
+        "modes: {W: {states: [A, V], initial: A}, V: {states: [W, B], initial: B}}" + TABLE,
+        "",
+        "E0604 inside itself",
+    ),
+    Case(
+        "two modes on one path have an error of one name",
+        "Names of error conditions along one path of the tree are distinct.",
+        "modes:\n"
+        "  W: {states: [V], error: {e: x.desk.order == b}}\n"
+        "  V: {states: [A], error: {e: x.desk.order == c}}" + TABLE,
+        "",
+        "E0205 `e`",
+    ),
+    Case(
+        "a behaviour has an error of the name of one of its mode",
+        "Names of error conditions along one path of the tree are distinct.",
+        "modes: {W: {states: [A], error: {e: x.desk.order == b}}}\n"
+        "behaviours: {wait: {functions: [keep], terminal: came, error: {e: x.desk.order == c}}}"
+        + TABLE,
+        "",
+        "E0205 `e`",
+    ),
+    Case(
+        "an error is called error",
+        "None is `error` or `terminal`.",
+        "modes: {W: {states: [A], error: {error: x.desk.order == b}}}" + TABLE,
+        "",
+        "E0221 `error`",
+    ),
+    Case(
+        "an error is called terminal",
+        "None is `error` or `terminal`.",
+        "modes: {W: {states: [A], error: {terminal: x.desk.order == b}}}" + TABLE,
+        "",
+        "E0221 `terminal`",
+    ),
+    Case(
+        "a mode is resumed inside of it",
+        "`resume(m)` inside m is an error.",
+        """
+modes: {W: {states: [A, B], initial: A}}
+transitions:
+  - [A, terminal, always, B]
+  - [B, terminal, is_a, resume(W)]
+  - [B, terminal, otherwise, P]
+  - [P, terminal, always, A]
+""",
+        "",
+        "E0604 outside",
+    ),
+    Case(
+        "a mode that contains the state is resumed by an inner mode",
+        "`resume(m)` inside m is an error.",
+        """
+modes: {W: {states: [V, P], initial: P}, V: {states: [A, B], initial: A}}
+transitions:
+  - [V, terminal, always, resume(W)]
+  - [P, terminal, always, A]
+""",
+        "",
+        "E0604 outside",
+    ),
+    Case(
+        "a state is resumed",
+        "A mode as next state means its `initial`; `resume(mode)` goes back.",
+        """
+modes: {W: {states: [A, B], initial: A}}
+transitions:
+  - [A, terminal, always, B]
+  - [B, terminal, always, P]
+  - [P, terminal, always, resume(A)]
+""",
+        "",
+        "E0604 `A` is a state",
+    ),
+    Case(
+        "a mode without initial is entered by its name",
+        "A mode as next state means its `initial`.",
+        """
+modes: {W: {states: [A, B]}}
+transitions:
+  - [A, terminal, always, B]
+  - [B, terminal, always, P]
+  - [P, terminal, always, W]
+""",
+        "",
+        "E0604 no `initial`",
+    ),
+    Case(
+        "a mode without initial is resumed before it was left",
+        "`resume(mode)` goes to `initial` the first time; a missing way is an error.",
+        """
+initial_state: P
+modes: {W: {states: [A, B]}}
+transitions:
+  - [A, terminal, always, B]
+  - [B, terminal, always, P]
+  - [P, terminal, is_a, A]
+  - [P, terminal, otherwise, resume(W)]
+""",
+        "",
+        "E0604 no `initial`",
+    ),
+    Case(
+        "initial is outside of the mode",
+        "A mode as next state means its `initial`, a state or mode inside.",
+        "modes: {W: {states: [A, B], initial: P}}" + TABLE,
+        "",
+        "E0604 `P`",
+    ),
+    Case(
+        "a cause that no state of the row has",
+        "A cause may be a named error condition.",
+        """
+modes: {W: {states: [A], error: {e: x.desk.order == b}}}
+transitions:
+  - [W, e, always, P]
+  - [A, terminal, always, B]
+  - [B, terminal, always, A]
+  - [B, e, always, A]
+  - [P, terminal, always, A]
+""",
+        "",
+        "E0201 `e`",
+    ),
+    Case(
+        "an unnamed error has no row",
+        "Per state and cause exactly one row applies, and that is proved.",
+        "modes: {W: {states: [A, B], initial: A, error: {e: x.desk.order == b}}}" + TABLE,
+        "",
+        "E0603 `A`",
+    ),
+    Case(
+        "two rows are for all other cases",
+        "`otherwise` negates all other rows of that state and cause.",
+        """
+modes: {W: {states: [A, B], initial: A}}
+transitions:
+  - [W, terminal, otherwise, P]
+  - [A, terminal, is_a, B]
+  - [B, terminal, otherwise, A]
+  - [P, terminal, always, A]
+""",
+        "",
+        "E0602 `B`",
+    ),
+)

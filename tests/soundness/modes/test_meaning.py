@@ -12,7 +12,7 @@ from specc_runtime.stepping import Stepper
 
 from specc.pipeline import Result, compile_spec
 from tests.soundness.modes.hierarchical import Failure, Machine, Written
-from tests.soundness.modes.scenarios import CASES, Case
+from tests.soundness.modes.scenarios import CASES, REFUSED, Case
 from tests.soundness.running import built, memory_of
 
 ORDER = ("desk", "order")
@@ -35,20 +35,23 @@ def shown(value: Any) -> str:
     return str(value) if isinstance(value, (bool, str)) else f"{value:g}"
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_interpreter(case: Case) -> None:
-    machine = Machine(Written(case.control), Fraction(1))
+def wrong(case: Case, machine: Machine) -> str:
+    """The first period in which an interpreter does not what the case says."""
     for number, (skipped, order, state, values) in enumerate(lines(case)):
         step = machine.step({ORDER: order}, {ORDER}, skipped)
         where = f"{case.name}: period {number}, {step}"
-        if state.startswith("!"):
-            _, cause, count = state.split()
-            assert isinstance(step, Failure), where
-            assert (step.cause, len(step.rows)) == (cause, int(count)), where
-            continue
-        assert step.state == state, where
+        if isinstance(step, Failure):
+            found = f"! {step.cause} {len(step.rows)}"
+            return "" if found == state else where
         seen = {name: shown(value) for name, value in step.memory} | {"cause": step.cause}
-        assert {name: seen[name] for name in values} == values, where
+        if step.state != state or {name: seen[name] for name in values} != values:
+            return where
+    return ""
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_interpreter(case: Case) -> None:
+    assert not wrong(case, Machine(Written(case.control), Fraction(1)))
 
 
 def errors_of(result: Result) -> list[str]:
@@ -70,6 +73,14 @@ def test_compiler(case: Case, tmp_path: Path) -> None:
         with built(result.system, proofs) as made:
             machine: Any = made.scheduled("cell.c").subsystem
             check_generated(case, machine)
+
+
+@pytest.mark.parametrize("case", REFUSED, ids=lambda case: case.name)
+def test_refusals(case: Case, tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(case.text, encoding="utf-8")
+    errors = errors_of(compile_spec(str(tmp_path / "spec.yaml")))
+    code, _, words = case.refused.partition(" ")
+    assert any(text.startswith(code) and words in text for text in errors), errors
 
 
 def check_generated(case: Case, machine: Any) -> None:

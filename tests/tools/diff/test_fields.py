@@ -31,6 +31,7 @@ SPECS = (
     "specs/architectures/reactive.yaml",
     "specs/architectures/services.yaml",
     "specs/irp_picking.yaml",
+    "tests/tools/modes.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/structure/ok-silence.yaml",
@@ -41,6 +42,7 @@ def texts() -> Iterator[str]:
     """Systems in which fields have values; the first one is asked, then the next one."""
     counted = "let: {counted: lamp.c.runs >= 0}\nrequire:\n"
     text = TEXT.replace("TEST", "x.eye.alarm").replace("require:\n", counted)
+    text = text.replace("limit: 2[m]", "limit: {is: '2[m]', range: [1, 3], live: true}")
     text = text.replace("rate: 100 Hz\n", "rate: 100 Hz\n        budget: 1 ms\n")
     text = text.replace("{idle: wait", "{idle: {behaviour: wait, holds: [y.eye.seen]}")
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")
@@ -73,7 +75,12 @@ NOT_COMPARED = {
     "Function.generic": CALLS,
     "Subsystem.generics": CALLS,
     "Behaviour.assignments": FOLLOWS,
+    "State.modes": "the states of modes are compared",
+    "State.for_modes": "the states of modes are compared, and what asks for them",
     "Transition.is_otherwise": "its condition is compared",
+    "Transition.is_return": FOLLOWS,
+    "Transition.source_mode": "the rows of all states are compared",
+    "Transition.target_mode": "the rows of all states are compared",
     "Assignment.trace": "that of its function is told",
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",

@@ -183,3 +183,27 @@ def test_no_table_is_wider_than_a_page(rows: list[tuple[list[int], int, int, int
             for states, cause, when, to in rows
         )
     )
+
+
+def test_modes_stand_behind_states_and_say_first_what_is_in_them() -> None:
+    text = """\
+agents:
+  a:
+    control:
+      transitions: [[m, tired, always, s], [s, terminal, always, resume(m)]]
+      modes:
+        m: {error: {tired: "elapsed(m) > 3[s]"}, initial: t, states: [t], title: the task}
+      states: {s: hold, t: hold}
+"""
+    assert (
+        format_text(text)
+        == """\
+agents:
+  a:
+    control:
+      states: {s: hold, t: hold}
+      modes:
+        m: {title: the task, states: [t], initial: t, error: {tired: "elapsed(m) > 3[s]"}}
+      transitions: [[m, tired, always, s], [s, terminal, always, resume(m)]]
+"""
+    )

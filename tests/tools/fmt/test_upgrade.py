@@ -1,7 +1,9 @@
-"""`fmt --upgrade`: a specification of version 1 in the forms of 1.2 has the same transitions."""
+"""`fmt --upgrade`: a specification of version 1 in the forms of 1.3 has the same transitions."""
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import fields
 from pathlib import Path
 from random import Random
@@ -10,8 +12,9 @@ import pytest
 from ruamel.yaml import YAML
 
 from specc.model.expr import Logic, Node, Unary
-from specc.pipeline import compile_spec
+from specc.pipeline import build, compile_spec
 from specc.tools.fmt import format_text, upgrade
+from tests.commands import specc
 from tests.house.tree import ROOT
 from tests.seeds import Seeds, blocks
 from tests.soundness.specifications import specification
@@ -66,7 +69,7 @@ def test_committed_files(path: Path, tmp_path: Path) -> None:
     for other in path.parent.iterdir():
         if other.is_dir():
             (tmp_path / other.name).symlink_to(other)
-    assert "\nspecc: 1.2\n" in f"\n{upgraded(path, new)}"
+    assert "\nspecc: 1.3\n" in f"\n{upgraded(path, new)}"
 
 
 @pytest.mark.parametrize("seeds", blocks([1006], also=[*range(4), 5985770], long=6, each=8))
@@ -152,3 +155,106 @@ def test_only_a_negation_is_an_opposite(
     old.write_text(text.replace("near_by: x.eye.d < 1[m]", f"near_by: {near}"))
     new = format_text(old.read_text(), upgrade)
     assert ("far:" not in new) == is_opposite
+
+
+LISTS = """\
+specc: 1.2
+system: arm
+agents:
+  desk:
+    control:
+      rate: 10 Hz
+      y: {arm: {halt: bool}}
+      memory: {n: {type: int, init: 0}}
+      functions: {count: {n: n + 1, y.arm.halt: n > 30 and n < 40}}
+      behaviours: {count: {functions: [count], terminal: never}}
+      states: {S0: count}
+      initial_state: S0
+  arm:
+    control:
+      rate: 20 Hz
+      x: {desk: {halt: {type: bool, init: False}}}
+      memory: {k: {type: int, init: 0}}
+      conditions:
+        initial: {few: k < 10, many: k >= 10}
+        terminal: {there: "elapsed > 0.2[s]", reset: not x.desk.halt}
+        error: {off: x.desk.halt}
+      functions: {try: {k: k + 1}}
+      behaviours:
+        move: {functions: [try], terminal: there, error: off}
+        brake: {functions: [try], terminal: reset}
+      states: {a: move, b: move, c: move, d: move, e: move, halted: brake, broken: brake}
+      initial_state: a
+      transitions:
+        - [[a, b, c, d, e], error, few, halted]
+        - [[a, b, c, d, e], error, many, broken] # kept
+        - [[a, b, c], terminal, few, d]
+        - {from: [a, b, c], cause: terminal, when: many, to: e}
+        - [d, terminal, few, b]
+        - [d, terminal, many, c]
+        - [e, terminal, always, a]
+        - [[halted, broken], terminal, always, a]
+"""
+
+
+def code(path: Path) -> str:
+    """The generated code of the arm without what says of modes that they are there."""
+    text = build(str(path)).files["arm_c.py"]
+    text = re.sub(r"    modes: ClassVar.*?\n    }\n", "", text, flags=re.DOTALL)
+    return re.sub(r"(State \w+), in [\w ]+\.", r"\1.", text).replace("new.yaml", "old.yaml")
+
+
+def test_lists_that_repeat_are_modes(tmp_path: Path) -> None:
+    """Those inside others are modes inside modes; the flat machine is the same."""
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    old.write_text(LISTS)
+    text = upgraded(old, new)
+    words = " ".join(text[text.index("modes:") :].split())
+    assert words.startswith(
+        "modes: mode_1: {states: [mode_2, d, e]} mode_2: {states: [a, b, c]} initial_state: a"
+    )
+    for row in (
+        "- [mode_1, error, few, halted]",
+        "- [mode_1, error, many, broken] # kept",
+        "- [mode_2, terminal, few, d]",
+        "- {from: mode_2, cause: terminal, when: many, to: e}",
+        "- [[halted, broken], terminal, always, a]",
+    ):
+        assert row in words
+    assert code(old) == code(new)
+    reports = []
+    for path in (old, new):
+        done = specc("run", path, "--duration", "6", "--report", path.with_suffix(".json"))
+        assert done.returncode == 0, done.stderr
+        reports.append(json.loads(path.with_suffix(".json").read_text(encoding="utf-8")))
+    assert reports[0]["records_sha256"] == reports[1]["records_sha256"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "modes"),
+    [
+        # in one row only, with two states only, of which one is not known, in another order
+        ("[[a, b, c], terminal, few, d]", "[[a, b], terminal, few, d]", "[a, b, c, d, e]"),
+        ("[[a, b, c, d, e], error, few,", "[[a, b, c, d], error, few,", "[a, b, c]"),
+        ("[[a, b, c, d, e], error, few,", "[[a, b, c, d, x], error, few,", "[a, b, c]"),
+        (
+            "[[a, b, c], terminal, few, d]",
+            "[[c, a, b], terminal, few, d]",
+            "[mode_2, d, e] [c, a, b]",
+        ),
+        # a name that is taken
+        ("halted", "mode_1", "[mode_3, d, e] [a, b, c]"),
+        # overlapping lists: the one in more rows, then the longer one, becomes a mode
+        (
+            "        - [e, terminal, always, a]",
+            "        - [[c, d, e], terminal, few, a]\n        - [[c, d, e], terminal, many, b]",
+            "[mode_2, d, e] [a, b, c]",
+        ),
+        # a machine that has modes
+        ("      initial_state: a", "      modes: {m: {states: [a]}}\n      initial_state: a", ""),
+    ],
+)
+def test_which_lists_are_modes(old: str, new: str, modes: str) -> None:
+    assert old in LISTS
+    text = format_text(LISTS.replace(old, new), upgrade)
+    assert " ".join(re.findall(r"mode_\d: {states: (.*)}", text)) == modes

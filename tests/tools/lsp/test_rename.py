@@ -290,3 +290,57 @@ def test_refuses_while_a_text_that_may_mean_the_symbol_has_errors(tmp_path: Path
     project.analyse(system)
     with pytest.raises(RenameError, match="correct the errors"):
         features.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), FRESH)
+
+
+LIVE = """\
+specc: 1.2
+system: demo
+constants:
+  v: {is: 2, range: [1, 3], live: true, title: the speed}
+  w: 2 * v
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {b: {n: int}}
+      functions: {tell: {y.b.n: v + w}}
+      behaviours: {tell: {functions: [tell], terminal: {when: elapsed > 1}}}
+      states: {S0: tell}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S0]]
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {n: {type: int, init: 0}}}
+      memory: {n: {type: int, init: v}}
+      functions: {keep: {n: x.a.n + n}}
+      behaviours: {keep: {functions: [keep], terminal: never}}
+      states: {S0: keep}
+      initial_state: S0
+task:
+  cycle: {of: a.c, from: S0, to: S0}
+  disturb: [{at: "1[s]", adjust: {v: 3}, because: of the test}]
+require:
+  - {that: "always(v < 4 or b.c.n > v)", because: of the test}
+"""
+
+
+def test_a_constant_that_may_change_has_its_name_wherever_it_changes(tmp_path: Path) -> None:
+    path = tmp_path / "live.yaml"
+    path.write_text(LIVE)
+    project = Project()
+    project.analyse(str(path))
+    at = place(LIVE, "adjust: {|v: 3")
+    hover = features.hover(project, str(path), at)
+    assert hover is not None
+    assert "range: 1, 3" in hover.text and "the speed" in hover.text
+    after = renamed(project, str(path), at, "speed")[str(path)]
+    for part in (
+        "  speed: {is: 2,",
+        "w: 2 * speed",
+        "y.b.n: speed + w",
+        "init: speed}",
+        "adjust: {speed: 3}",
+        "always(speed < 4 or b.c.n > speed)",
+    ):
+        assert part in after
