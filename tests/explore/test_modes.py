@@ -146,6 +146,18 @@ def test_requirements_name_modes(that: str, verdict: str, tmp_path: Path) -> Non
     assert required(cell("k > 5"), that, tmp_path) == verdict
 
 
+def test_a_trace_says_which_mode_is_resumed(tmp_path: Path) -> None:
+    tree = cell("k > 5")
+    paused = "state(arm.c) == paused"
+    that = f"always({paused} implies throughout(9[s], {paused}))"
+    tree["require"] = [{"that": that, "because": "it is so"}]
+    there = explored(tree, tmp_path)
+    (verdict,) = there.requirements
+    assert verdict.finding is not None
+    steps = [step.message for step in verdict.finding.trace.shown_steps()]
+    assert any("from `paused` to `lifting` by `resume(working)`" in step for step in steps)
+
+
 def test_what_is_required_follows_from_the_time_of_a_mode(tmp_path: Path) -> None:
     """Without pauses the task is tired after 1.8 s, in its fourth phase."""
     tree = cell("elapsed(working) > 1.8[s]")
