@@ -5,7 +5,7 @@ working tree in runs of the same seeds, step by step. What modes remember is no 
 specification. Scalars are all keys and values of the YAML.
 
     python bench/same_runs.py REVISION                               the six of language 1.3
-    python bench/same_runs.py REVISION specs/rovers.yaml --seeds 3   others
+    python bench/same_runs.py REVISION specs/rovers.yaml --seeds 0:3 others
 """
 
 from __future__ import annotations
@@ -160,27 +160,28 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("revision", help="the one before they were rewritten")
     parser.add_argument("specs", nargs="*", default=REWRITTEN)
-    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--seeds", default="0:10", help="FIRST:END")
     parser.add_argument("--seconds", type=float, default=60.0)
     asked = parser.parse_args()
+    seeds = range(*map(int, asked.seeds.split(":")))
     rows, fewer, wrong = [], [], 0
     with TemporaryDirectory() as folder:
         before, now = trees(asked.revision, Path(folder))
         for spec in asked.specs:
             count, same = 0, 0
-            for seed in range(asked.seeds):
+            for seed in seeds:
                 old, new = (steps(root, spec, seed, asked.seconds) for root in (before, now))
                 differs = difference(old, new)
                 if differs:
                     print(f"{spec}, seed {seed}: {differs}", file=sys.stderr)
                 count, same = count + len(new), same + (not differs)
-            wrong += asked.seeds - same
+            wrong += len(seeds) - same
             (old_scalars, old_lines), (new_scalars, new_lines) = (
                 extent(root, spec) for root in (before, now)
             )
             fewer.append(100 * (1 - new_scalars / old_scalars))
             extents = (old_scalars, new_scalars, f"{fewer[-1]:.1f} %", old_lines, new_lines, count)
-            rows.append((Path(spec).stem, *map(str, extents), f"{same} of {asked.seeds}"))
+            rows.append((Path(spec).stem, *map(str, extents), f"{same} of {len(seeds)}"))
     print(table(f"{median(fewer):.1f} % fewer scalars (median)", HEAD, rows))
     return wrong > 0
 

@@ -190,7 +190,7 @@ ARCHITECTURES = (
         failure=(
             ('blindness: {is: "1[s]"', 'blindness: {is: "60[s]"'),
             (
-                "[[S7, R2],         terminal,       always, S8]",
+                "[[S7, R2],           terminal,       always, S8]",
                 "[S7, terminal, always, S8]\n        - [R2, terminal, always, R2]",
             ),
         ),
