@@ -154,6 +154,7 @@ class MachineResolver:
             "lets": (*memory.lets(self.rate_hz), *self.lets),
             "memory": (*self.memory, *memory.elements(self.initial_state)),
             "transitions": self._transitions(memory),
+            "idle_rows": tuple(self.where["transitions"][index].place for index in table.idle),
             "axioms": self._axioms(),
         }
 
