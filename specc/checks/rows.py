@@ -232,7 +232,7 @@ def _with_one_row_less(group: SharedRows) -> str:
     other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
     also = " in each of these states" if group.others else ""
     if overlap.repair is None or overlap.repaired is None:
-        also += ": a row of a state does not replace one of its mode" * bool(
+        also += ", since a row of a state does not replace one of its mode" * bool(
             group.first.state.modes
         )
         return f"delete one of the two rows{also}, {other}"

@@ -507,9 +507,9 @@ def _where_left(row: Transition, states: frozenset[str], memory: ModeMemory) -> 
     return replace(row, condition=replace(row.condition, when=when))
 
 
-def _names(behaviour: Behaviour) -> tuple[str, ...]:
-    """The names of the error conditions of a state, "" for one without; none if there are none."""
-    return tuple(name for name, error in behaviour.errors if error.when != FALSE)
+def _names(behaviour: Behaviour) -> dict[str, Place]:
+    """The error conditions of a state by their names, "" for one without."""
+    return {name: error.place for name, error in behaviour.errors if error.when != FALSE}
 
 
 def _in_modes(state: State, memory: ModeMemory) -> State:

@@ -193,7 +193,9 @@ class _Modes:
 
 def _state(subsystem: Subsystem, state: State) -> Box:
     behaviour = state.behaviour
-    name = TextRun(state.name, "name"), TextRun("  "), TextRun(behaviour.name, "italic")
+    name = [TextRun(state.name, "name")]
+    if behaviour.name != state.name:
+        name += (TextRun("  "), TextRun(behaviour.name, "italic"))
     lines = [
         (*name, *equations(behaviour.trace.eq)),
         *wrap_lines(state.title or behaviour.title, 34),
