@@ -239,7 +239,8 @@ class FlatTable:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
         some = {row.index for row in by_cause}
-        self.idle = tuple(dict.fromkeys(row.index for row in written if row.index not in some))
+        clear = (row for row in written if "error" not in self.errors[row.source])
+        self.idle = tuple(dict.fromkeys(row.index for row in clear if row.index not in some))
         for mode in dict.fromkeys(row.resumes for row in by_cause if row.resumes):
             self.history[mode] = self._history(mode, by_cause)
         for row in by_cause:

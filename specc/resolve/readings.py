@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from specc.diagnostics.nearest import nearest
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
@@ -108,7 +109,7 @@ class Names(ast.NodeTransformer):
             names = other.elts if isinstance(other, ast.Set) else [other]
             modes = {mode.name: mode.states for mode in owner.modes} if owner else {}
             if owner and modes:
-                self._refuse_unknown_states(owner, names)
+                self._refuse_misspelt_modes(owner, names)
             if any(getattr(name, "id", "") in modes for name in names):
                 states = [
                     ast.copy_location(ast.Name(state, ast.Load()), name) if state else name
@@ -121,13 +122,15 @@ class Names(ast.NodeTransformer):
                 return ast.copy_location(found, node)
         return node
 
-    def _refuse_unknown_states(self, owner: Subsystem, names: Sequence[ast.expr]) -> None:
-        """Report a name beside a state of a subsystem with modes that is no state or mode of it."""
-        known = [*(state.name for state in owner.states), *(mode.name for mode in owner.modes)]
+    def _refuse_misspelt_modes(self, owner: Subsystem, names: Sequence[ast.expr]) -> None:
+        """Report a name beside a state of a subsystem that is nearly that of a mode."""
+        modes = [mode.name for mode in owner.modes]
+        known = [*(state.name for state in owner.states), *modes]
         for node in names:
             match node:
                 case ast.Name(id=name) if name not in (*known, *self._others, *self._modes):
-                    raise self._unknown("state or mode", name, known, node, owner, "E0201")
+                    if nearest(name, modes):
+                        raise self._unknown("state or mode", name, known, node, owner, "E0201")
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         """Report a mode that stands elsewhere than beside the state of its subsystem."""
