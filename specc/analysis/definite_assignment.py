@@ -305,12 +305,12 @@ class PresentValues:
             before = as_conditions(
                 self._subsystem.state(row.source).behaviour.facts_after(row.cause)
             )
-            lasting = self._lasting(row) if row.is_return else ()
-            premises = *self._timeless([*before, row.condition.when]), *lasting
+            at_return = self._facts_at_return(row) if row.is_return else ()
+            premises = *self._timeless([*before, row.condition.when]), *at_return
             found[row.source].append((row.target, premises))
         return found
 
-    def _lasting(self, row: Transition) -> Premises:
+    def _facts_at_return(self, row: Transition) -> Premises:
         """Facts of the target that still hold where a mode is resumed there.
 
         They held when the target was left, and no state that the machine can have been in since

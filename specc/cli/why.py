@@ -199,9 +199,9 @@ class _MomentReport:
             if rows:
                 yield f"    rows of {words}: {reason}: {truncate(names, _LONGEST_MESSAGE)}"
             return
-        taken = {row.place for row in rows if row.label == transition}
+        places = {row.place for row in rows if row.label == transition}
         for row in rows:
-            if row.resumes and row.place in taken and row.label != transition:
+            if row.resumes and row.place in places and row.label != transition:
                 continue  # the same row of the file, for another state that may have been left
             holds = None if transition is None else row.label == transition
             if row.is_otherwise:

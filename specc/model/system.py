@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from typing import Final, Literal
 
-from specc.model.expr import Expr, Number
+from specc.model.expr import FALSE, Expr, Number
 from specc.model.fsm import (
     Axiom,
     Behaviour,
@@ -248,6 +249,8 @@ class Subsystem:
     """How long a step may take on the machine, in seconds, if that is said."""
     modes: tuple[Mode, ...] = ()
     """A mode comes before those inside it."""
+    idle_rows: tuple[Place, ...] = ()
+    """Rows with the cause `error` in states whose error conditions all have rows by name."""
     generics: tuple[Generic, ...] = ()
     """The behaviours and functions with parameters, as they are declared."""
 
@@ -290,6 +293,16 @@ class Subsystem:
     def rows(self, state: str, cause: Cause) -> tuple[tuple[int, Transition], ...]:
         """The rows of a state and cause, with their index in the transition table."""
         return self._rows.get((state, cause), ())
+
+    def errors(self, state: State) -> tuple[tuple[str, Condition], ...]:
+        """The error conditions of a state by the names that rows can have for them, in order.
+
+        Those of modes come first. "" is the name of one that has none.
+        """
+        own = (b for b in self.behaviours if b.name == state.behaviour.name)
+        around = (mode.errors for mode in self.modes if mode.name in state.modes)
+        every = (*chain.from_iterable(around), *next(own, state.behaviour).errors)
+        return tuple((name, error) for name, error in every if error.when != FALSE)
 
     def mode(self, name: str) -> Mode:
         """The mode of that name."""

@@ -214,8 +214,9 @@ class ModeTree:
         return name in modes
 
 
-Errors = Mapping[str, tuple[str, ...]]
-"""State -> the names of its error conditions, highest priority first; "" for one without a name."""
+Errors = Mapping[str, Mapping[str, Place]]
+"""State -> its error conditions, highest priority first: their names, "" for one without, and where
+they are defined."""
 
 
 @dataclass(eq=False, slots=True)
@@ -227,6 +228,8 @@ class FlatTable:
     rows: list[FlatRow] = field(default_factory=list)
     history: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Mode that a row resumes -> the values of `left(mode)`, the initial one first."""
+    idle: tuple[int, ...] = ()
+    """Rows of the file that stand for no error condition, since other rows name each of them."""
     _named: dict[str, set[str]] = field(default_factory=dict)
     """State -> the causes that its rows name."""
 
@@ -235,11 +238,9 @@ class FlatTable:
         for row in written:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
-        for index in sorted({row.index for row in written} - {row.index for row in by_cause}):
-            message, help = "no error condition is left to this row", "delete the row"
-            place = self.tree.where["transitions"][index].place
-            label = "each has rows of its own"
-            self.tree.findings.report("W0604", message, place, label=label, help=help)
+        some = {row.index for row in by_cause}
+        clear = (row for row in written if "error" not in self.errors[row.source])
+        self.idle = tuple(dict.fromkeys(row.index for row in clear if row.index not in some))
         for mode in dict.fromkeys(row.resumes for row in by_cause if row.resumes):
             self.history[mode] = self._history(mode, by_cause)
         for row in by_cause:
@@ -296,13 +297,17 @@ class FlatTable:
 
     def _has_cause(self, cause: Cause, names: list[str], at: YamlNode) -> bool:
         """Whether the states and modes of a row have a cause; reports the first that has not."""
-        for name in () if cause in ("terminal", "error") else names:
+        modes = [name for name in names if name in self.tree.members]
+        states = [name for name in names if name not in self.tree.definition.modes]
+        for name in () if cause in ("terminal", "error") else (*modes, *states):
             errors = [self.errors[state] for state in self.tree.states(name)]
             if not any(cause in own for own in errors):
                 known = dict.fromkeys(error for own in errors for error in own if error)
                 causes = ["terminal", "error", *known]
                 self.tree.findings.unknown("E0201", "cause", cause, causes, at.place)
                 return False
+            for place in dict.fromkeys(own[cause] for own in errors if cause in own):
+                self.tree.findings.use(place, at)
         return True
 
     def _is_outside(self, mode: str, names: list[str], at: YamlNode) -> bool:

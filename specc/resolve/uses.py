@@ -73,6 +73,8 @@ def _buffer_of(home: YamlNode, direction: str, peer: str) -> Place:
 NAME = re.compile(r"[^\W\d]\w*")
 _INPUT = re.compile(r"\bx\s*\.\s*(\w+)")
 _ELEMENT = re.compile(r"\bx\s*\.\s*(\w+)\s*\.\s*(\w+)")
+_OF_MODE = re.compile(r"\b(?:elapsed|entered)\s*\(\s*(\w+)\s*\)")
+"""What is asked of a mode."""
 _LITERAL = re.compile(r"\d\s*\[[^\]]*\]|\"[^\"]*\"|'[^']*'")
 _VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
 
@@ -96,7 +98,9 @@ class _Text:
             case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() | m.Call():
                 own = expr.operator if isinstance(expr, m.Call) else expr.name
                 kind, name = _KINDS[type(expr)], m.source_name(own)
-                if self._stands(name, start):
+                if found := _OF_MODE.match(text, start, end):
+                    yield from self._mode(found)
+                elif self._stands(name, start):
                     type_ = None if kind == "operator" else expr.type
                     yield from self._use(start, start + len(name), self._defined(kind, name), type_)
             case m.ParameterRef(name=name) if name in self.meaning.scope.parameters:
@@ -139,6 +143,8 @@ class _Text:
             peer, element = found.groups()
             yield from self._use(*found.span(1), self._buffer(peer))
             yield from self._use(*found.span(2), self._element(peer, element))
+        for found in _OF_MODE.finditer(text):
+            yield from self._mode(found)
         for found in NAME.finditer(text):
             start, end, name = *found.span(), found.group()
             behind_dot = text[:start].rstrip().endswith(".")
@@ -148,6 +154,9 @@ class _Text:
                 kinds = ("operator",) if called else _OF_VALUES
                 known = (self._defined(kind, name) for kind in kinds)
                 yield from self._use(start, end, next(filter(None, known), None))
+
+    def _mode(self, found: re.Match[str]) -> Iterator[Use]:
+        return self._use(*found.span(1), declared_at(self.meaning.home, "modes", found[1]))
 
     def _use(
         self, start: int, end: int, of: Place | None, type_: Type | None = None

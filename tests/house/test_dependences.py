@@ -31,6 +31,7 @@ VALUES = {
     "tools/why/reasons.py": "why it has its value",
 }
 FACTS = {
+    "analysis/machine.py": "the let that is the time of a mode",
     "checks/conditions.py": "which parts of it are constant",
     "analysis/path_conditions.py": "what holds where a part of it is computed",
     "analysis/value_ranges.py": "between which numbers it lies",

@@ -127,8 +127,8 @@ ARCHITECTURES = (
         60,
         fault=(
             (
-                "answered: fresh(x.rover.done) or fresh(x.rover.failed)",
-                "answered: fresh(x.rover.done)",
+                "when: fresh(x.rover.done) or fresh(x.rover.failed)",
+                "when: fresh(x.rover.done)",
             ),
         ),
         finds="W1002",
@@ -141,8 +141,9 @@ ARCHITECTURES = (
         60,
         fault=(
             (
-                "[putting_off, terminal, always,     routing]",
-                "[putting_off, terminal, always, putting_off]",
+                "[[noting, putting_off],  terminal, always,     routing]",
+                "[noting, terminal, always, routing]\n"
+                "        - [putting_off, terminal, always, putting_off]",
             ),
         ),
         finds="W1005",
@@ -181,15 +182,15 @@ ARCHITECTURES = (
         60,
         fault=(
             (
-                "[command_initial_pose, forget_scene, follow]",
-                "[command_initial_pose, command_stop, forget_scene, follow]",
+                '[{y.m.T_d: X_BEs, O_c: "[]"}, follow]',
+                '[command_approach, {y.m.T_d: X_BEs, O_c: "[]"}, follow]',
             ),
         ),
         finds="W1006",
         failure=(
             ('blindness: {is: "1[s]"', 'blindness: {is: "60[s]"'),
             (
-                "[[S7, R2], terminal, always,       S8]",
+                "[[S7, R2],           terminal,       always, S8]",
                 "[S7, terminal, always, S8]\n        - [R2, terminal, always, R2]",
             ),
         ),
@@ -209,8 +210,8 @@ ARCHITECTURES = (
         60,
         fault=(
             (
-                "[command_waiting_pose, forget_scene, ask]",
-                "[command_waiting_pose, command_approach, forget_scene, ask]",
+                '[{y.m.T_d: X_BEs, O_c: "[]"}, ask]',
+                '[command_approach, {y.m.T_d: X_BEs, O_c: "[]"}, ask]',
             ),
         ),
         finds="W1006",

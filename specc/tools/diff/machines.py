@@ -321,7 +321,7 @@ def _errors_of_modes(subsystem: Subsystem, state: State) -> dict[str, Condition]
 
 def _errors_in(subsystem: Subsystem, state: State) -> dict[str, Condition]:
     """The error conditions of a state by their names, highest priority first."""
-    return _errors_of_modes(subsystem, state) | _errors(_declared(subsystem, state))
+    return dict(subsystem.errors(state))
 
 
 def _text(error: Condition) -> str:

@@ -9,13 +9,15 @@ The text is `templates/import/scxml.yaml.j2`.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from specc.lang.packages import PACKAGES
 from specc.model.expr import FALSE, TRUE, Expr, negation
 from specc.model.fsm import NEVER_LEFT
+from specc.reachable import grouped
 from specc.source import Place
 from specc.tools.importers.logic import atom, atoms, join, render
 from specc.tools.importers.reading import Notes, XmlElement
@@ -218,10 +220,13 @@ class _ChartAgent:
         self._report_never_taken()
         if self._notes.failed:
             return
-        self.states = [self._state_names.of(state.id) for state in chart.atomic]
-        self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.atomic}
-        """State, and its one behaviour -> the terminal condition."""
+        self.states = {self._state_names.of(s.id): self._end(s) for s in chart.atomic}
+        """State -> the terminal condition of its behaviour."""
         self.transitions: list[Data] = [*self._rows()]
+        is_alone = not self.inputs
+        self.functions = {
+            self._state_names.of(s.id): [*self._functions(s.id, is_alone)] for s in chart.atomic
+        }
         self.modes: dict[str, Data] = {
             self._state_names.of(state.id): self._mode(state) for state in chart.compound
         }
@@ -251,18 +256,6 @@ class _ChartAgent:
         """What it needs from outside; a chart that needs nothing tells its state there."""
         has_events = any(self._events.matching(t.events) for t in self._chart.transitions)
         return (*(["event"] if has_events else []), *self.guards.values())
-
-    @property
-    def functions(self) -> dict[str, list[str]]:
-        """The functions of each state: what tells it to the outside, and what notes `done`."""
-        found: dict[str, list[str]] = {}
-        for name, choices in self._choices.items():
-            own = self._state_names.of(name)
-            found[own] = [] if self.inputs else [f"tell_{own}"]
-            names = (part.name for choice in choices for part in atoms(choice.when))
-            if _DONE in names:
-                found[own].append("note_done")
-        return found
 
     @property
     def state_type(self) -> str:
@@ -391,7 +384,7 @@ class _ChartAgent:
         every = [choice for choices in self._choices.values() for choice in choices]
         resumed = [choice.next.history for choice in every if choice.next]
         for history in dict.fromkeys(each for each in resumed if each and not each.is_deep):
-            for state in chart.inside(history.parent):
+            for state in chart.inside[history.parent]:
                 around = chart.around(state)
                 inner = around[around.index(history.parent) - 1]
                 next = self._led_to(state, inner, (), history.element)
@@ -441,15 +434,16 @@ class _ChartAgent:
                 if choice.transition.events or choice.when == FALSE or choice.next is None:
                     continue
                 state = choice.next.state
-                found = chart.inside(state) if choice.next.history else [chart.first(state)]
+                found = chart.inside[state] if choice.next.history else [chart.first(state)]
                 new += [each for each in found if each not in reached]
                 reached.update(found)
         return reached
 
     def _report_never_taken(self) -> None:
-        every = [choice for choices in self._choices.values() for choice in choices]
+        every = (choice for choices in self._choices.values() for choice in choices)
+        conditions = grouped((id(choice.transition), choice.when) for choice in every)
         for transition in self._chart.transitions:
-            found = [choice.when for choice in every if choice.transition is transition]
+            found = conditions.get(id(transition), [])
             if not found:
                 message = "this transition is never taken: no final state raises its event"
                 self._notes.change(message, transition.element.place)
@@ -479,6 +473,14 @@ class _ChartAgent:
         source = next(name for name in self._chart.around(state.id) if name in sources)
         return self._condition("terminal", text, f"{source}_left")
 
+    def _functions(self, state: str, is_alone: bool) -> Iterator[str]:
+        """What tells the state to the outside, and what notes that its `done` event waits."""
+        if is_alone:
+            yield f"tell_{self._state_names.of(state)}"
+        conditions = [choice.when for choice in self._choices[state] if choice.next]
+        if any(part.name == _DONE for when in conditions for part in atoms(when)):
+            yield "note_done"
+
     def _rows(self) -> Iterator[list[Data]]:
         """A row for each transition and the states in which it applies under the same condition.
 
@@ -504,17 +506,16 @@ class _ChartAgent:
                 row = order[choice.state.id], id(transition), condition, self._target(choice.next)
                 found.setdefault(row, []).append(name)
         for row in sorted(found, key=lambda row: row[0]):
-            sources = [*self._cover(found[row])]
+            sources = self._cover(found[row])
             yield [sources[0] if len(sources) == 1 else sources, "terminal", row[2], row[3]]
 
-    def _cover(self, names: Collection[str], inside: str = "") -> Iterator[str]:
-        """Modes and states that stand for some atomic ones."""
-        for state in self._chart.states:
-            if state.parent == inside:
-                if all(name in names for name in self._chart.inside(state.id)):
-                    yield self._state_names.of(state.id)
-                elif state.initial:
-                    yield from self._cover(names, state.id)
+    def _cover(self, names: Sequence[str]) -> list[str]:
+        """The modes and states that stand for some atomic ones."""
+        chart = self._chart
+        counts = Counter(around for name in names for around in chart.around(name))
+        whole = {name for name, count in counts.items() if count == len(chart.inside[name])}
+        found = ([each for each in chart.around(name) if each in whole][-1] for name in names)
+        return [self._state_names.of(name) for name in dict.fromkeys(found)]
 
     def _target(self, next: _Next) -> str:
         if next.history:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from specc.model.expr import TRUE, Expr
+from specc.reachable import grouped
 from specc.source import Place
 from specc.tools.importers.logic import LogicError, atom, parse_logic
 from specc.tools.importers.reading import Notes, XmlElement
@@ -110,9 +111,10 @@ class Chart:
             found.append(parent)
         return found
 
-    def inside(self, name: str) -> list[str]:
-        """The atomic states in a state; itself, if it is one."""
-        return [state.id for state in self.atomic if name in self.around(state.id)]
+    @cached_property
+    def inside(self) -> dict[str, list[str]]:
+        """The atomic states in each state; itself, if it is one."""
+        return grouped((name, state.id) for state in self.atomic for name in self.around(state.id))
 
     def first(self, name: str) -> str:
         """The atomic state in which a state or history begins, if none around it was left yet."""

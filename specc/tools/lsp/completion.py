@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from specc.lang import ExprError, ExprErrors
@@ -18,6 +18,7 @@ from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size
 from specc.resources import LIBRARY, library_parts
+from specc.schema import ROW_KEYS
 from specc.schema.keys import Role, RoleForm, SymbolKind
 from specc.schema.places import (
     defined_by,
@@ -38,6 +39,8 @@ _ELEMENT = re.compile(r"(?<![\w.])x\s*\.\s*(\w+)\s*\.\s*(\w*)$")
 _PART = re.compile(r"\.(\w*)$")
 _AGE = re.compile(r"\b(?:fresh|present|age|late)\(\s*(\w*)$")
 _COMPARED = re.compile(r"(?:[=!]=\s*|\bin\s*\{(?:[^{}]*[\s,])?)(\w*)$")
+_RESUMED = re.compile(r"\bresume\s*\(\s*\w*$")
+_OF_MODE = re.compile(r"\b(?:elapsed|entered)\s*\(\s*\w*$")
 _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
 
@@ -178,10 +181,12 @@ class _Proposals:
                 yield from self._around(cursor)
                 for parameter in self._parameters(before.partition("(")[0].strip()):
                     yield Completion(f"{parameter.name}: ", "parameter", str(parameter.type))
+            case "name" if split_at_part(cursor.route)[1][:1] == ("transitions",):
+                yield from self._of_row(role.kind if role else None, cursor)
             case "name":
                 kind = role.kind if role else None
                 yield from (Completion(word, "value") for word in _FIXED.get(kind or "", ()))
-                yield from self._visible(kind)
+                yield from self._visible(kind, *(("mode",) if kind == "state" else ()))
             case "task":
                 yield from self._task((role.kind if role else None) or "")
             case "formula":
@@ -191,6 +196,31 @@ class _Proposals:
                 yield from self._around(cursor)
                 if form == "argument":
                     yield from self._visible("frame", "agent", owner=())
+
+    def _of_row(self, kind: SymbolKind | None, cursor: TextCursor) -> Iterator[Completion]:
+        """Names in a row of the transition table."""
+        if kind == "error condition":
+            yield from self._causes(cursor.sources)
+        elif kind != "state":
+            yield from (Completion(word, "value") for word in _FIXED.get(kind or "", ()))
+            yield from self._visible(kind)
+        elif _RESUMED.search(cursor.before):
+            yield from self._visible("mode")
+        else:
+            yield from self._visible("state", "mode")
+            if cursor.route[-1] in (ROW_KEYS.index("to"), "to"):
+                for mode in self._visible("mode"):
+                    label = f"resume({mode.label})"
+                    yield Completion(label, "value", "", "back to where the mode was left")
+
+    def _causes(self, sources: Collection[str]) -> Iterator[Completion]:
+        """The error conditions of some states, and of those in some modes."""
+        errors = {symbol.label: symbol for symbol in self._visible("error condition")}
+        for subsystem in self.index.system.subsystems if self.index.system else ():
+            if (subsystem.place.file, subsystem.place.route) == (self.path, self.owner):
+                named = (s for s in subsystem.states if {s.name, *s.modes} & {*sources})
+                names = (name for state in named for name, _ in subsystem.errors(state) if name)
+                yield from (errors.get(n, Completion(n, "value")) for n in dict.fromkeys(names))
 
     def _around(self, cursor: TextCursor) -> Iterator[Completion]:
         """The parameters of the behaviour or function around a cursor."""
@@ -230,6 +260,8 @@ class _Proposals:
                 yield from (Completion(name, "component") for name in type_.names)
         elif has_inputs and _AGE.search(before):
             yield _BUFFERS
+        elif form == "full" and _OF_MODE.search(before):
+            yield from self._visible("mode")
         else:
             if found := _COMPARED.search(before):
                 # All members if the type is not known yet.
@@ -293,7 +325,7 @@ class _Proposals:
         names = {
             "subsystem": [s.qualified_name for s in subsystems],
             "state": [state.name for s in counted for state in s.states],
-            "memory": [memory.name for s in counted for memory in s.memory],
+            "memory": [m.name for s in counted for m in s.memory if m.name.isidentifier()],
         }
         yield from (Completion(name, kind) for name in names[kind])
 
@@ -353,8 +385,10 @@ def paths_of(system: System | None) -> Paths:
         paths.add((agent.name,), agent.place)
         for subsystem in agent.subsystems:
             path: NamePath = (subsystem.agent, subsystem.name)
-            names: list[NamePath] = [(memory.name,) for memory in subsystem.memory]
+            memory = (item.name for item in subsystem.memory if item.name.isidentifier())
+            names: list[NamePath] = [(name,) for name in memory]
             names += [(STATE, state.name) for state in subsystem.states]
+            names += [(STATE, mode.name) for mode in subsystem.modes]
             for port in subsystem.ports:
                 names += [(port.direction, port.peer, element.name) for element in port.elements]
             paths.known |= {path: None} | {(*path, *name): None for name in names}

@@ -11,7 +11,7 @@ from specc.model.fsm import Generic
 from specc.model.system import Operator
 from specc.read import read_text
 from specc.schema import ROW_KEYS
-from specc.schema.places import role_of
+from specc.schema.places import role_of, split_at_part
 from specc.source import LINE_BREAK, Route, SourceFile, TextNode
 
 # The lines that the last line of a text lies in, known by their indentation alone.
@@ -101,6 +101,8 @@ class TextCursor:
     is_key: bool
     before: str
     siblings: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
+    """The states and modes of the row of a transition table around it."""
 
 
 def cursors(text: str, offset: int) -> list[TextCursor]:
@@ -132,7 +134,18 @@ def _cursors_at_mark(top: TextNode) -> Iterator[TextCursor]:
         elif node.scalar is not None and _MARK in node.scalar:
             # The mark may have become part of a key.
             route = tuple(s.partition(_MARK)[0] if isinstance(s, str) else s for s in route)
-            yield TextCursor(route, False, node.scalar.partition(_MARK)[0])
+            before = node.scalar.partition(_MARK)[0]
+            yield TextCursor(route, False, before, sources=tuple(_sources(top, route)))
+
+
+def _sources(top: TextNode, route: Route) -> Iterator[str]:
+    """The states and modes of the row that a cell at a route is in, if it is in one."""
+    in_row = split_at_part(route)[1][:1] == ("transitions",)
+    row = top.at(route[:-1]) if in_row else None
+    first = (row.values.get("from") or row.values.get(0)) if row else None
+    for item in (first, *first.values.values()) if first else ():
+        if item.scalar:
+            yield item.scalar
 
 
 def _closing(head: str) -> str:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics.code import all_codes
-from specc.diagnostics.phrases import truncate
+from specc.diagnostics.phrases import join_some, truncate
+from specc.lang import show
 from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number
-from specc.model.fsm import Trace
+from specc.model.fsm import Cause, Condition, State, Trace
 from specc.model.types import Type
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
@@ -117,6 +118,8 @@ def _definition(symbol: Symbol, node: TextNode | None) -> Iterator[str]:
             keys = ("signature", "functions", "terminal", "error")
         case "function" | "interface":
             keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
+        case "mode":
+            keys = ("states", "initial")
         case "state":
             keys = ("behaviour", "functions", "terminal", "error")
         case _:
@@ -139,7 +142,8 @@ def _written(node: TextNode) -> str:
 def _ends(symbol: Symbol) -> list[str]:
     """Who sends an element to whom: subsystems and devices send what is in their y."""
     ends: dict[str, list[str]] = {"y": [], "x": []}
-    for end in (end for end in symbol.ends if end.owner):  # others stand in an interface
+    elements = (end for end in symbol.ends if end.kind == "element")
+    for end in (end for end in elements if end.owner):  # others stand in an interface
         ends[end.qualified[0]].append(owner_name(end.owner, end.place.file))
     if not (ends["x"] and ends["y"]):
         return []
@@ -192,28 +196,38 @@ def describe_key(route: Route) -> str:
 
 
 def describe_cause(index: Index, path: str, route: Route, node: TextNode) -> str:
-    """What ends the behaviour of the state of a row by a cause; empty if the value is no cause."""
-    owner, rest = split_at_part(route)
-    cause, subsystem = node.scalar, index.node(path, owner)
+    """The conditions that a cause of a row stands for; empty if the value is no cause."""
+    _, rest = split_at_part(route)
     is_cause = len(rest) == 3 and rest[0] == "transitions" and rest[2] in (1, "cause")
-    if not is_cause or cause not in ("terminal", "error") or subsystem is None:
+    if not is_cause or index.system is None:
         return ""
-    row = subsystem.values["transitions"].values[rest[1]]
-    state = row.values.get("from") or row.values.get(0)
-    states, behaviours = subsystem.values.get("states"), subsystem.values.get("behaviours")
-    chosen = states.values.get(state.scalar or "") if states and state else None
-    name = (chosen.scalar or _scalar(chosen, "behaviour")) if chosen else ""
-    behaviour = behaviours.values.get(name) if behaviours and name else chosen
-    if behaviour is None or state is None:
-        return ""
-    condition = _scalar(behaviour, cause) or "never"
-    whose = f"behaviour `{name}`" if name else "the behaviour"
-    return f"{whose} of state `{state.scalar}` has ended by its {cause} condition `{condition}`"
+    found: dict[str, dict[str, State]] = {}
+    for subsystem in index.system.subsystems:
+        for row in subsystem.transitions:
+            if (row.place.file, row.place.route) == (path, route[:-1]):
+                state = subsystem.state(row.source)
+                ending = dict(state.behaviour.endings).get(row.cause)
+                found.setdefault(_ending_words(row.cause, ending), {})[state.name] = state
+    return "  \n".join(_ended(list(own.values()), words) for words, own in found.items())
 
 
-def _scalar(node: TextNode, key: str) -> str:
-    below = node.values.get(key)
-    return (below.scalar or "") if below else ""
+_MOST_STATES = 4
+
+
+def _ending_words(cause: Cause, ending: Condition | None) -> str:
+    """A condition that ends a state, with what it says if that stands elsewhere."""
+    if ending is None:
+        return "error condition `never`"
+    name = cause if cause not in ("terminal", "error") else ending.name
+    says = "" if name in ("always", "never") else f": `{_short(show(ending.when))}`"
+    return f"{ending.kind} condition `{name}`{says}"
+
+
+def _ended(states: list[State], words: str) -> str:
+    names = [f"`{state.name}`" for state in states]
+    if len(names) > 1:
+        return f"one of {join_some(names, _MOST_STATES)} has ended by its {words}"
+    return f"behaviour `{states[0].behaviour.name}` of state {names[0]} has ended by its {words}"
 
 
 # The outline of a file.

@@ -16,7 +16,7 @@ from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.model.types import Bool, Type
 from specc.model.wires import Wire, Wires
-from specc.reachable import reachable
+from specc.reachable import grouped, reachable
 from specc.resolve.context import Findings, Meaning, Use
 from specc.resolve.uses import uses_in, uses_in_type
 from specc.schema.keys import SymbolKind
@@ -42,7 +42,8 @@ class Symbol:
     """Unique among its kind in its file or owner: `x.c.T_d`, `Object.label`, `Mode.u`."""
     type: Type | None = None
     ends: tuple[Symbol, ...] = ()
-    """All declarations of an element of a connection, this one included; empty for one."""
+    """All declarations of an element of a connection, this one included; empty for one. Or the
+    error conditions of several states that a row names by one name."""
     namesakes: tuple[Symbol, ...] = ()
     """Others that have the same name because one is found by the name of the other."""
 
@@ -156,6 +157,7 @@ class Index:
             self._connect(system)
         for file in self.files.values():
             self._tie_devices(file)
+        self._join_errors()
 
     # What the model adds to the text: types of symbols, ends of connections, bindings.
 
@@ -166,8 +168,11 @@ class Index:
         if system.plant:
             typed += [(each.place, each.type) for each in system.plant.observed]
         for subsystem in system.subsystems:
-            typed += [(memory.place, memory.type) for memory in subsystem.memory]
-            typed += [(let.place, let.value.type) for let in subsystem.lets]
+            # What modes remember stands in no file.
+            memory = (item for item in subsystem.memory if item.name.isidentifier())
+            lets = (let for let in subsystem.lets if let.name.isidentifier())
+            typed += [(item.place, item.type) for item in memory]
+            typed += [(let.place, let.value.type) for let in lets]
             typed += [(each.place, each.type) for port in subsystem.ports for each in port.elements]
         for place, type_ in typed:
             if symbol := self.symbol_at(key_of(place)):
@@ -222,6 +227,14 @@ class Index:
                 node = self.node(symbol.place.file, route)
                 if device is not None and node is not None and "uses" not in node.values:
                     symbol.namesakes, device.namesakes = (device,), (symbol,)
+
+    def _join_errors(self) -> None:
+        """A row of several states names the error conditions of one name of all of them."""
+        for places in grouped((use.place, use.of) for use in self.found.uses).values():
+            named = (self.symbol_at(key_of(of)) for of in dict.fromkeys(places))
+            errors = [each for each in named if each and each.kind == "error condition"]
+            for other in errors[1:]:
+                errors[0].join(other)
 
     # Texts and values.
 

@@ -29,6 +29,8 @@ _VALUES: frozenset[SymbolKind] = frozenset(
     {"memory", "let", "parameter", "constant", "file", "operator", "member", "variable"}
 )
 """Kinds that expressions name plainly: one name of them all."""
+_NODES: frozenset[SymbolKind] = frozenset({"state", "mode"})
+"""Kinds that rows name."""
 _PARTS: frozenset[SymbolKind] = frozenset({"agent", "subsystem", "device"})
 """Kinds that name buffers: peers."""
 
@@ -134,6 +136,8 @@ def _frame_variables(index: Index, symbol: Symbol) -> Iterator[str]:
 def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
     if symbol.kind in _VALUES:
         return other.kind in _VALUES
+    if symbol.kind in _NODES:
+        return other.kind in _NODES
     if symbol.kind != other.kind:
         return False
     if symbol.kind in ("element", "field"):

@@ -74,6 +74,7 @@ _SYMBOLS = {
     "function": lsp.SymbolKind.Method,
     "behaviour": lsp.SymbolKind.Method,
     "state": lsp.SymbolKind.EnumMember,
+    "mode": lsp.SymbolKind.Enum,
 }
 
 

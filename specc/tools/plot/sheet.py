@@ -27,7 +27,7 @@ _FINEST = 1500
 """Spans of equal length that can be told apart in a band."""
 
 
-Span = tuple[float, float, str]
+StateSpan = tuple[float, float, str]
 """Begin and end in s, and a state."""
 
 
@@ -36,7 +36,7 @@ class Band:
     """The states of a machine over time: when each begins and ends, in s."""
 
     label: str
-    spans: tuple[Span, ...]
+    spans: tuple[StateSpan, ...]
     states: tuple[str, ...]
     """In the order of their colours."""
 
@@ -134,7 +134,7 @@ def bands(
                 yield Band(label, spans, tuple(states))
 
 
-def _mode_bands(label: str, subsystem: Subsystem, spans: Sequence[Span]) -> Iterator[Band]:
+def _mode_bands(label: str, subsystem: Subsystem, spans: Sequence[StateSpan]) -> Iterator[Band]:
     """The modes in which a machine is over time, the inner ones below those around them."""
     around = {state.name: state.modes for state in subsystem.states}
     first = around.get(subsystem.initial_state, ())
@@ -145,7 +145,7 @@ def _mode_bands(label: str, subsystem: Subsystem, spans: Sequence[Span]) -> Iter
         yield Band(title, tuple(_in_modes(spans, modes)), tuple(names))
 
 
-def _in_modes(spans: Sequence[Span], modes: Mapping[str, str]) -> Iterator[Span]:
+def _in_modes(spans: Sequence[StateSpan], modes: Mapping[str, str]) -> Iterator[StateSpan]:
     """The spans of states as those of modes, by the mode of each state that has one."""
     for mode, group in groupby(spans, lambda span: modes.get(span[2], "")):
         own = list(group)
@@ -153,7 +153,7 @@ def _in_modes(spans: Sequence[Span], modes: Mapping[str, str]) -> Iterator[Span]
             yield own[0][0], own[-1][1], mode
 
 
-def merge_short_spans(band: Band, length_s: float) -> Iterator[Span]:
+def merge_short_spans(band: Band, length_s: float) -> Iterator[StateSpan]:
     """The spans of a band; adjacent ones that are too short to be told apart are merged."""
     shortest = length_s / _FINEST
     for is_short, group in groupby(band.spans, lambda span: span[1] - span[0] < shortest):

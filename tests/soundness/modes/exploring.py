@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from math import floor
 from random import Random
 
 from specc.pipeline import Result
@@ -11,8 +13,8 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from tests.soundness.modes.hierarchical import Step, Tree
-from tests.soundness.modes.scripted import NAME, interpreted, script
+from tests.soundness.modes.hierarchical import Step, Tree, Written
+from tests.soundness.modes.scripted import NAME, control_of, interpreted, script
 from tests.soundness.modes.text_values import Now, parsed, worth
 
 BUDGET = 6_000
@@ -45,34 +47,34 @@ def beyond(result: Result, runs: Sequence[Sequence[Step]]) -> tuple[list[str], i
 def misjudged(result: Result, tree: Tree, runs: Sequence[Sequence[Step]]) -> tuple[list[str], int]:
     """Requirements that are proved and violated in a run, and how many are proved."""
     found = explore(result.proofs, BUDGET)
-    wrong, proved = [], 0
+    wrong, proved, rate_hz = [], 0, Written(control_of(tree)).rate_hz
     for judged, written in zip(found.requirements, tree.get("require", ()), strict=True):
         if judged.verdict == "proved":
             proved += 1
             wrong += [
                 f"proved {written['that']}, but {told}"
                 for run in runs
-                for told in violations(written["that"], run)
+                for told in violations(written["that"], run, rate_hz)
             ][:1]
     return wrong, proved
 
 
-def violations(that: str, run: Sequence[Step]) -> Iterator[str]:
+def violations(that: str, run: Sequence[Step], rate_hz: Fraction) -> Iterator[str]:
     """The ticks at which `always(p)` or `always(p implies q)` fails, whatever comes later."""
     body = that.removeprefix("always(")[:-1]
     before, _, then = body.rpartition(" implies ")
     for tick, step in enumerate(run):
         asked = not before or _holds(before, step)
-        if asked and not _may_hold(then, run, tick):
+        if asked and not _may_hold(then, run, tick, rate_hz):
             yield f"in {step.state} at tick {tick}"
 
 
-def _may_hold(formula: str, run: Sequence[Step], tick: int) -> bool:
+def _may_hold(formula: str, run: Sequence[Step], tick: int, rate_hz: Fraction) -> bool:
     """Whether a formula holds at a tick, or may after the end of the run."""
     match = re.fullmatch(r"(within|once)\(([\d.]+)\[s\], (.*)\)", formula)
     if not match:
         return _holds(formula, run[tick])
-    ticks = round(float(match[2]) * 10)
+    ticks = floor(Fraction(match[2]) * rate_hz)
     if match[1] == "once":
         return any(_holds(match[3], step) for step in run[max(0, tick - ticks) : tick + 1])
     window = run[tick : tick + ticks + 1]

@@ -57,6 +57,7 @@ class Written:
     """The machine of one subsystem as it is written."""
 
     def __init__(self, subsystem: Tree) -> None:
+        self.rate_hz = rate_of(subsystem.get("rate", "1 Hz"))
         self.conditions = {
             (kind, name): _expression(value)
             for kind, group in subsystem.get("conditions", {}).items()
@@ -149,6 +150,16 @@ class Written:
         return name
 
 
+def rate_of(text: str) -> Fraction:
+    """A rate, or a period, in Hz."""
+    number, unit = text.split()
+    return {
+        "Hz": Fraction(number),
+        "s": 1 / Fraction(number),
+        "ms": 1000 / Fraction(number),
+    }[unit]
+
+
 class NoWay(Exception):
     """A mode is to be entered that has no `initial`."""
 
@@ -204,7 +215,6 @@ class Machine:
     """A machine with modes between two periods."""
 
     written: Written
-    rate_hz: Fraction
     state: str = ""
     periods: int = 0
     memory: dict[str, Value] = field(default_factory=dict)
@@ -264,11 +274,11 @@ class Machine:
             frozenset(fresh),
             self.memory,
             self.written.lets,
-            float(self.periods / self.rate_hz),
+            float(self.periods / self.written.rate_hz),
             self.periods == 0,
-            {m: float(self.lasted.get(m, 0) / self.rate_hz) for m in self.written.modes},
+            {m: float(self.lasted.get(m, 0) / self.written.rate_hz) for m in self.written.modes},
             self.entered,
-            float(1 / self.rate_hz),
+            float(1 / self.written.rate_hz),
         )
 
     def _start(self, inputs: Mapping[Key, Value], fresh: Iterable[Key]) -> None:

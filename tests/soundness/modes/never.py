@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from specc.diagnostics import Diagnostic
 from tests.soundness.evaluator import Absent
 from tests.soundness.modes.hierarchical import TERMINAL, Failure, Machine, Step, Written
-from tests.soundness.modes.scripted import RATE_HZ, Period, initial_inputs
+from tests.soundness.modes.scripted import Period, initial_inputs
 from tests.soundness.modes.text_values import Now, parsed, worth
 
 STATE = r"`(S\d+)`"
@@ -63,7 +63,7 @@ def claims_of(findings: Sequence[Diagnostic], written: Written) -> Claims:
 
 
 def _names(written: Written, state: str) -> set[str]:
-    return {name for name, _ in Machine(written, RATE_HZ, state).endings()}
+    return {name for name, _ in Machine(written, state).endings()}
 
 
 class Watched(Machine):
@@ -84,7 +84,7 @@ class Watched(Machine):
 
 def refuted(written: Written, claims: Claims, periods: Sequence[Period]) -> Iterator[str]:
     """The claims that a run refutes."""
-    machine = Watched(written, RATE_HZ)
+    machine = Watched(written)
     machine.claims, machine.refuted = claims, []
     inputs, before = dict(initial_inputs()), ""
     for period in periods:

@@ -19,7 +19,14 @@ SPORADIC = {"e": "int", "c": "Colour"}
 """What comes now and then, from a receptor; without a value until then."""
 IN_STATES = True
 """Whether behaviours may stand in their states."""
-TIMES = ("0.1", "0.2", "0.3", "0.5")
+RATES = {
+    "10 Hz": ("0.1", "0.2", "0.3", "0.5"),
+    "30 Hz": ("0.05", "0.1", "0.2", "0.3"),
+    "25 ms": ("0.025", "0.05", "0.1", "0.3"),
+    "7 Hz": ("0.1", "0.2", "0.3", "1"),
+    "3 s": ("3", "6", "10", "15"),
+}
+"""Rates of all subsystems, with times in seconds that conditions compare with."""
 
 
 @dataclass(slots=True)
@@ -60,6 +67,8 @@ class Author:
         self.rng = rng
         self.probes = probes
         self.modes = modes
+        self.rate = rng.choice(("10 Hz", "10 Hz", *RATES))
+        self.times = RATES[self.rate]
         self.conditions: dict[str, Tree] = {}
         self.forest = self._forest(modes)
         states = self.forest.states
@@ -68,7 +77,7 @@ class Author:
         self.initial_state = states[0] if rng.random() < 0.7 else rng.choice(states)
         if (ways := [m for m in self.initial if self.first_state(m)]) and rng.random() < 0.15:
             self.initial_state = rng.choice(ways)
-        self.let = f"elapsed({self._mode()}) > {rng.choice(TIMES)}[s]" if self.initial else ""
+        self.let = f"elapsed({self._mode()}) > {rng.choice(self.times)}[s]" if self.initial else ""
         """The value of a let that conditions may name."""
         self.asks = rng.choice(("", "", "e", "e", "held", "held"))
         """What some states rely on: an input that may be absent, or memory that may be empty."""
@@ -122,7 +131,7 @@ class Author:
     def atom(self, relies: bool = False) -> str:
         """A question; `relies` where what is relied on may be read."""
         rng, mode = self.rng, self._mode()
-        time, colour = rng.choice(TIMES), rng.choice(COLOURS)
+        time, colour = rng.choice(self.times), rng.choice(COLOURS)
         op = rng.choice((">", ">="))
         if relies and rng.random() < 0.4:
             return "x.v.e > 1" if self.asks == "e" else "held > 1"
@@ -233,7 +242,7 @@ class Author:
     def _endings(self, name: str, relies: bool) -> Tree:
         rng = self.rng
         terminal = rng.choice((
-            "always", "never", f"elapsed >= {rng.choice(TIMES)}[s]", self.condition(relies),
+            "always", "never", f"elapsed >= {rng.choice(self.times)}[s]", self.condition(relies),
             self.condition(relies),
         ))  # fmt: skip
         made: Tree = {"terminal": self.named("terminal", terminal)}
@@ -426,7 +435,7 @@ class Author:
         ]
         named = {f for part in every for f in part["functions"]}
         made: Tree = {
-            "rate": "10 Hz",
+            "rate": self.rate,
             "x": {
                 "m": {
                     name: {"type": type_, "init": _INIT[type_]} for name, type_ in STEADY.items()
@@ -463,10 +472,10 @@ class Author:
         """The whole file as a tree of mappings, lists and texts."""
         control = self.control()
         tree: Tree = {
-            "specc": 1.2,
+            "specc": 1.3 if self.modes else 1.2,
             "system": "random_modes",
             "types": {"Colour": f"enum[{', '.join(COLOURS)}]"},
-            "agents": {"a": {**_surroundings(), "control": control}},
+            "agents": {"a": {**surroundings(self.rate), "control": control}},
         }
         if requirements := list(self._requirements()):
             tree["require"] = requirements
@@ -475,14 +484,14 @@ class Author:
     def _requirements(self) -> Iterator[Tree]:
         rng, states = self.rng, self.forest.states
         for number in range(rng.randrange(4)):
-            one, other = rng.choice(states), rng.choice(states)
+            one, other, soon = rng.choice(states), rng.choice(states), rng.choice(self.times)
             text = rng.choice((
                 f"not (state(a.c) == {one} and a.c.n0 >= {rng.randrange(1, 4)})",
                 f"a.c.n1 < {rng.randrange(1, 5)}",
-                f"state(a.c) == {one} implies within({rng.choice(TIMES)}[s], state(a.c) != {one})",
-                f"state(a.c) == {one} implies within(1[s], state(a.c) == {other})",
+                f"state(a.c) == {one} implies within({soon}[s], state(a.c) != {one})",
+                f"state(a.c) == {one} implies within({self.times[-1]}[s], state(a.c) == {other})",
                 f"state(a.c) != {one}",
-                f"state(a.c) == {one} implies once(1[s], state(a.c) == {other})",
+                f"state(a.c) == {one} implies once({self.times[-1]}[s], state(a.c) == {other})",
             ))  # fmt: skip
             yield {"name": f"r{number}", "that": f"always({text})", "because": "it is asked for"}
 
@@ -494,14 +503,14 @@ def _listed(part: Any) -> list[str]:
     return [part] if isinstance(part, str) else list(part)
 
 
-def _surroundings() -> Tree:
+def surroundings(rate: str) -> Tree:
     """The devices, the effector that passes everything on, and the receptor that is often quiet."""
     return {
         "real_effectors": {"m": {"x": {"u": "int"}, "y": dict(STEADY)}},
         "real_receptors": {"k": {"y": {**SPORADIC, "on": "bool"}}},
         "virtual_effectors": {
             "m": {
-                "rate": "10 Hz",
+                "rate": rate,
                 "x": {"E": dict(STEADY), "c": {"u": {"type": "int", "init": 0}}},
                 "y": {"c": dict(STEADY), "E": {"u": "int"}},
                 "through": {"y.E.u": "x.c.u", **{f"y.c.{n}": f"x.E.{n}" for n in STEADY}},
@@ -509,7 +518,7 @@ def _surroundings() -> Tree:
         },
         "virtual_receptors": {
             "v": {
-                "rate": "10 Hz",
+                "rate": rate,
                 "uses": ["k"],
                 "x": {"R": {**SPORADIC, "on": "bool"}},
                 "y": {"c": dict(SPORADIC)},

@@ -21,7 +21,7 @@ from tests.recording.runs import messages
 from tests.runtime.driven import DrivenClock
 from tests.soundness.modes.hierarchical import Failure, Machine, Tree, Written
 from tests.soundness.modes.random_machines import SPORADIC, STEADY
-from tests.soundness.modes.scripted import NAME, RATE_HZ, control_of, values
+from tests.soundness.modes.scripted import NAME, control_of, values
 from tests.soundness.values import same
 
 REPORTED = {**STEADY, **SPORADIC, "on": "bool"}
@@ -30,7 +30,7 @@ REPORTED = {**STEADY, **SPORADIC, "on": "bool"}
 class Plant(Scripted):
     """Time passes in it by as many base ticks as are over."""
 
-    tick_s = float(1 / RATE_HZ)
+    tick_s = 0.0
 
     def advance(self, duration_s: float) -> None:
         self._tick += round(duration_s / self.tick_s)
@@ -59,6 +59,7 @@ def record(package: Path, folder: Path, rng: Random, ticks: int, stalls: float) 
     rehearsal, clock = Rehearsal(package, folder), DrivenClock()
     system, file = rehearsal.again(), folder / "run.mcap"
     plant = Plant(rehearsal._forms)
+    plant.tick_s = system.tick_s
     plant.follow(reports(rehearsal, rng, ticks), 0)
     texts = {"spec.yaml": (folder / "spec.yaml").read_text(encoding="utf-8")}
     options = Options(package, record=file, record_exact=True, texts=texts)
@@ -83,13 +84,13 @@ def replayed(package: Path, folder: Path, file: Path) -> Iterator[str]:
 
 def reproduced(tree: Tree, file: Path) -> Iterator[str]:
     """What the interpreter does otherwise with the inputs of a recording."""
-    machine = Machine(Written(control_of(tree)), RATE_HZ)
+    machine = Machine(Written(control_of(tree)))
     for _, told in messages(file)[f"/{NAME}"]:
         if "fault" in told:
             return
         inputs = {(p, n): value for p, part in told["x"].items() for n, value in part.items()}
         fresh = {tuple(key.split(".")) for key, is_fresh in told["fresh"].items() if is_fresh}
-        step = machine.step(inputs, fresh, told.get("skipped", 0))  # type: ignore[arg-type]
+        step = machine.step(inputs, fresh, told.get("skipped", 0))  # type: ignore[arg-type]  # of JSON
         if isinstance(step, Failure):
             yield f"recorded {json.dumps(told)}, interpreted {step}"
             return

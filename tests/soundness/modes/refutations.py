@@ -17,7 +17,7 @@ from specc.diagnostics import Diagnostic
 from tests.soundness.evaluator import Absent, Key, Value
 from tests.soundness.modes.hierarchical import Machine, Undecided, Written
 from tests.soundness.modes.random_machines import SPORADIC, STEADY
-from tests.soundness.modes.scripted import RATE_HZ, values
+from tests.soundness.modes.scripted import values
 from tests.soundness.modes.text_values import Now, parsed, worth
 
 DRAWN = 6000
@@ -124,7 +124,7 @@ def _situation(
     written: Written, state: str, example: dict[str, tuple[bool | None, Value]], rng: Random
 ) -> tuple[Machine, dict[Key, Value], set[Key]]:
     """One in which the values of the example hold, and the rest is drawn."""
-    machine = Machine(written, RATE_HZ, state, periods=rng.randrange(1, 8))
+    machine = Machine(written, state, periods=rng.randrange(1, 8))
     inputs: dict[Key, Value] = {("m", n): v for n, v in values(rng, STEADY).items()}
     fresh = set(inputs)
     if rng.random() < 0.8:
@@ -168,9 +168,9 @@ def _put(
         elif is_fresh is False:
             fresh.discard(key)
     elif text == "elapsed":
-        machine.periods = round(value * RATE_HZ)
+        machine.periods = round(value * machine.written.rate_hz)
     elif text.startswith("elapsed("):
-        machine.lasted[text[8:-1]] = round(value * RATE_HZ)
+        machine.lasted[text[8:-1]] = round(value * machine.written.rate_hz)
     elif text.startswith("periods("):
         machine.lasted[text[8:-1]] = round(value)
     elif text in machine.memory and value is not ...:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from random import Random
 from typing import Any
 
@@ -23,7 +22,6 @@ from tests.soundness.running import built, memory_of
 from tests.soundness.values import plain, same
 
 NAME = "a.c"
-RATE_HZ = Fraction(10)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +71,7 @@ def control_of(tree: Tree) -> Tree:
 
 def interpreted(tree: Tree, periods: Sequence[Period]) -> Iterator[Step | Failure]:
     """The steps until something fails, by the interpreter of modes."""
-    machine = Machine(Written(control_of(tree)), RATE_HZ)
+    machine = Machine(Written(control_of(tree)))
     inputs = dict(initial_inputs())
     for period in periods:
         inputs |= period.arrives

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +50,7 @@ def wrong(case: Case, machine: Machine) -> str:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_interpreter(case: Case) -> None:
-    assert not wrong(case, Machine(Written(case.control), Fraction(1)))
+    assert not wrong(case, Machine(Written(case.control)))
 
 
 def errors_of(result: Result) -> list[str]:

@@ -75,6 +75,11 @@ def test_the_frame_of_a_mode_has_its_error_conditions_and_states_have_their_own(
     assert text.count("error: slow<") == 10
 
 
+def test_a_behaviour_that_stands_in_its_state_is_not_named_beside_it(draw: Draw) -> None:
+    text = as_dot(draw("paused: hold", "paused: {terminal: resumed}"))
+    assert "<B>paused</B><BR/>" in text and "<B>halted</B>  <I>brake</I><BR/>" in text
+
+
 def test_rows_of_a_mode_are_one_arc_from_its_frame(draw: Draw) -> None:
     drawn = draw()
     assert [(text, arc.head) for text, arc in leaving(drawn, "powered")] == [("tripped", "halted")]

@@ -61,6 +61,12 @@ def test_a_state_may_be_called_as_what_was_never_left(workshop: Workshop) -> Non
     assert "state `never` is called `never_2`" in [d.message for d in made.diagnostics]
 
 
+def test_large_charts_are_imported_soon(workshop: Workshop) -> None:
+    states = "".join(f"  s{n}\n    e -> s{n * 7 % 1500}\n" for n in range(1500))
+    for chart in (states, f"work\n  stop if p -> work\n{states}"):
+        assert not workshop.scxml(xml(chart)).failed
+
+
 def test_a_chart_with_too_many_rows_is_refused(workshop: Workshop) -> None:
     transitions = "".join(f"  e{n} -> s0\n" for n in range(290))
     made = workshop.scxml(xml(f"work\n{transitions}" + "".join(f"  s{n}\n" for n in range(20))))
