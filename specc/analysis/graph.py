@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -98,6 +99,43 @@ def reachable_from(start: str, leaving: Mapping[str, Iterable[RowEdge]]) -> froz
     return frozenset(
         reachable([start], lambda state: [step.row.target for step in leaving.get(state, ())])
     )
+
+
+# Ways through the transition table of a machine.
+
+
+MOST_PATHS = 6
+"""Ways to a state that are tried, and ways through every other one."""
+
+TransitionPath = tuple[Transition, ...]
+
+
+def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[TransitionPath]:
+    """Ways from a state to another one, the shortest first.
+
+    They enter no state twice, but by a row that resumes a mode, and that row once.
+    """
+    rows = list(rows)
+    is_resumed = any(row.is_return and row.target == end for row in rows)
+    leaving = grouped((row.source, row) for row in rows)
+    open_: deque[TransitionPath] = deque([()])
+    visits: Counter[str] = Counter()
+    while open_:
+        path = open_.popleft()
+        here = path[-1].target if path else start
+        visits[here] += 1
+        if visits[here] > MOST_PATHS:
+            continue
+        if here == end:
+            yield path
+            if not is_resumed:
+                continue
+        been = {start, *(row.target for row in path)}
+        open_ += [
+            (*path, row)
+            for row in leaving.get(here, ())
+            if row.target not in been or (row.is_return and row not in path)
+        ]
 
 
 # The flow equations of a machine.

@@ -30,6 +30,7 @@ from specc.model.fsm import Condition
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
+from specc.reachable import grouped
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
 # literals, or that keeps within bounds. In conditions memory that nothing writes counts if it
@@ -304,7 +305,7 @@ def _part_finding(machine: Machine, part: ConstantPart) -> Diagnostic:
 
 
 def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """W0618, once for each condition or row.
+    """W0618, once for each condition or row; those of modes, if it is so in all their states.
 
     Conditions that are constant or suspicious are reported elsewhere.
     """
@@ -313,13 +314,24 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _overdue_findings(machine: Machine) -> Iterator[Diagnostic]:
-    for state in machine.subsystem.states:
-        for exit in machine.dwell_times.overdue_exits(state):
-            if not any(
-                machine.constant_value(end) is not None or machine.suspicious.is_in(end.when)
-                for end in exit.ended_by
-            ):
-                yield _overdue_exit(exit, machine.subsystem)
+    subsystem = machine.subsystem
+    every = [e for state in subsystem.states for e in machine.dwell_times.overdue_exits(state)]
+    overdue = grouped((_written(exit), exit.state.name) for exit in every)
+    states: dict[object, list[str]] = {}
+    states |= grouped((row.written, row.source) for row in subsystem.transitions)
+    states |= {end.place: [*mode.states] for mode in subsystem.modes for _, end in mode.errors}
+    for exit in every:
+        is_so_everywhere = {*overdue[_written(exit)]} >= {*states.get(_written(exit), ())}
+        if is_so_everywhere and not any(
+            machine.constant_value(end) is not None or machine.suspicious.is_in(end.when)
+            for end in exit.ended_by
+        ):
+            yield _overdue_exit(exit, subsystem)
+
+
+def _written(exit: OverdueExit) -> object:
+    """The same for all rows or conditions that a row or condition of a mode stands for."""
+    return exit.row.written if exit.row else exit.condition.place
 
 
 def _overdue_exit(exit: OverdueExit, subsystem: Subsystem) -> Diagnostic:

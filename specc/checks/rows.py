@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from specc.analysis import Facts, RowVerdictAt
 from specc.analysis.path_conditions import as_conditions
@@ -11,7 +11,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import join_words
 from specc.lang import show
 from specc.model.expr import Call, source_name, walk
-from specc.model.fsm import OTHERWISE, Behaviour, Cause, State
+from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
 from specc.model.system import Subsystem
 from specc.proof import SolverAnswer, Witness
 
@@ -306,44 +306,59 @@ def _missing_rows(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnosti
 def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     """W0604 where the cause never occurs, W0605 where the condition never holds then.
 
-    A condition that never holds at all, and an error that always does, are `conditions_vary`'s
-    matter.
+    A row of a mode is reported if it never applies in any state of the mode. A condition
+    that never holds at all, and an error that always does, are `conditions_vary`'s matter.
     """
+    for machine in facts.consistent_machines:
+        for place in machine.subsystem.idle_rows:
+            message, label = "no error condition is left to this row", "each has rows of its own"
+            yield Diagnostic("W0604", message, place, label, help="delete the row")
+    found: dict[tuple[object, ...], list[tuple[RowVerdictAt, Transition, bool]]] = {}
     for decided in facts.row_verdicts:
-        rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
-        if all(satisfiable):
+        verdict = decided.verdict
+        for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
+            written = decided.subsystem.qualified_name, *row.written
+            found.setdefault(written, []).append((decided, row, possible))
+    for flat_rows in found.values():
+        if any(possible for *_, possible in flat_rows):
             continue
-        for row, possible in zip(rows, satisfiable, strict=True):
-            if not possible:
-                machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
-                occurs = decided.verdict.decision.possible
-                end = behaviour.ending(decided.cause)
-                if machine.constant_value(end) is False or (
-                    not occurs and any(machine.constant_value(e) for _, e in behaviour.errors)
-                ):
-                    continue
-                if occurs and row.is_otherwise:
-                    words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
-                    hint = "delete the row, or give another row a stricter condition"
-                    yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
-                    continue
-                if occurs and machine.constant_value(row.condition) is not None:
-                    continue
-                code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
-                words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
-                if occurs:
-                    code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
-                    when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
-                    words = f"{named} never holds {when}"
-                excluded = machine.dwell_times.excludes_row(row)
-                yield Diagnostic(
-                    code,
-                    words,
-                    row.place,
-                    "never taken: the times rule it out" if excluded else "never taken",
-                    (Related(about, named),),
-                    "delete the row, or change the condition",
-                )
+        every = ((d.state.name, _impossible(d, row)) for d, row, _ in flat_rows)
+        findings = {name: finding for name, finding in every if finding is not None}
+        for first in [*findings.values()][:1]:
+            others = [f"`{name}`" for name in findings][1:]
+            also = f"; neither does it apply in {join_words(others, 'and')}" if others else ""
+            yield replace(first, message=f"{first.message}{also}")
+
+
+def _impossible(decided: RowVerdictAt, row: Transition) -> Diagnostic | None:
+    """The finding on a row that never applies in one of its states; None if another one says it."""
+    machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
+    occurs, end = decided.verdict.decision.possible, behaviour.ending(decided.cause)
+    if machine.constant_value(end) is False or (
+        not occurs and any(machine.constant_value(e) for _, e in behaviour.errors)
+    ):
+        return None
+    if occurs and row.is_otherwise:
+        words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
+        hint = "delete the row, or give another row a stricter condition"
+        return Diagnostic("W0605", words, row.place, "never taken", help=hint)
+    if occurs and machine.constant_value(row.condition) is not None:
+        return None
+    code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
+    words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
+    if occurs:
+        code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
+        when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
+        words = f"{named} never holds {when}"
+    excluded = machine.dwell_times.excludes_row(row)
+    return Diagnostic(
+        code,
+        words,
+        row.place,
+        "never taken: the times rule it out" if excluded else "never taken",
+        (Related(about, named),),
+        "delete the row, or change the condition",
+    )
 
 
 # What cannot be proved of rows is said, because it is then checked in every run.

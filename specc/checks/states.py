@@ -64,18 +64,19 @@ def states_reached(facts: Facts) -> Iterator[Diagnostic]:
 def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
     """Components of unreachable states into which no other component leads."""
     subsystem = machine.subsystem
-    edges = [(row.source, row.target) for row in subsystem.transitions]
+    entries = [each for each in enumerate(subsystem.transitions) if not each[1].is_return]
+    edges = [(row.source, row.target) for _, row in entries]
     order = {name: index for index, name in enumerate(left)}
     targets = grouped(edge for edge in edges if edge[1] in order)
     entering = grouped(
         (row.target, (index, row))
-        for index, row in enumerate(subsystem.transitions)
-        if row.source in machine.reachable_states and not row.is_return
+        for index, row in entries
+        if row.source in machine.reachable_states
     )
     reported: set[str] = set()
     for part in components(left, edges):
         ways_in = sorted(way for name in part.states for way in entering.get(name, ()))
-        dead = [row for _, row in ways_in]
+        dead = {row.place: row for _, row in ways_in}
         if (part.has_entry and not dead) or reported.issuperset(part.states):
             continue
         first = part.states[0]
@@ -83,7 +84,7 @@ def _unreachable(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
         group = sorted(new, key=order.__getitem__)
         reported.update(group)
         related = []
-        for row in dead:
+        for row in dead.values():
             why = ": the times rule it out" if machine.dwell_times.excludes_row(row) else ""
             related.append(Related(row.place, f"this row can never be taken{why}"))
         others = (s for s in subsystem.states if s.name not in group)
@@ -130,7 +131,7 @@ def states_can_be_left(facts: Facts) -> Iterator[Diagnostic]:
             if part.has_exit or not is_trap:
                 continue
             named = join_words([f"`{name}`" for name in part.states], "and")
-            rows = [row for row in subsystem.transitions if row.source in part.states]
+            rows = {r.place: r for r in subsystem.transitions if r.source in part.states}
             help = "add a row that leads back to the other states"
             if is_one:
                 help = f"add a row that leads on, or make `{first.name}` an intended end "
@@ -140,7 +141,7 @@ def states_can_be_left(facts: Facts) -> Iterator[Diagnostic]:
                 f"{'state' if is_one else 'states'} {named} cannot be left once entered",
                 first.place,
                 "no row leads out",
-                tuple(Related(row.place, "does not lead out") for row in rows[:4]),
+                tuple(Related(place, "does not lead out") for place in [*rows][:4]),
                 help,
             )
 

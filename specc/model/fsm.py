@@ -247,6 +247,18 @@ class Transition:
     """The mode that the row of the file enters by its name; "" if it names the state."""
 
     @property
+    def identity(self) -> object:
+        """The same for a row in a whole system and for that of a subsystem alone."""
+        return self.place, self.source, self.cause, self.target
+
+    @property
+    def written(self) -> tuple[Place, str]:
+        """The same for rows that one row of the file stands for in the states of one mode, and for
+        those by which it resumes one in its states.
+        """
+        return self.place, self.source_mode or self.source
+
+    @property
     def label(self) -> str:
         """The row as faults and recordings of runs name it."""
         resumed = f" by resume({self.resumes})" if self.resumes else ""

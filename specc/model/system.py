@@ -249,6 +249,8 @@ class Subsystem:
     """How long a step may take on the machine, in seconds, if that is said."""
     modes: tuple[Mode, ...] = ()
     """A mode comes before those inside it."""
+    idle_rows: tuple[Place, ...] = ()
+    """Rows with the cause `error` in states whose error conditions all have rows by name."""
     generics: tuple[Generic, ...] = ()
     """The behaviours and functions with parameters, as they are declared."""
 

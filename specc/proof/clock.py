@@ -1,4 +1,4 @@
-"""Comparisons with the time in a state: whole periods, at one of which the answer changes."""
+"""Comparisons with the time in a state or mode: periods at which the answer changes."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from specc.model.expr import (
     LazyByDependence,
     LetRef,
     Logic,
+    MemoryRef,
     Number,
     Truth,
     Unary,
@@ -42,6 +43,14 @@ MOST_STEPS = 50_000
 """Operations that are computed for one condition."""
 
 ELAPSED = Clock("elapsed", type=Real(SECOND))
+
+
+def asks_entry(expr: Expr) -> bool:
+    """Whether it asks for the first period in a state or mode: no condition is evaluated there."""
+    if isinstance(expr, MemoryRef):
+        return expr.name.startswith("entered(")
+    return isinstance(expr, Clock) and expr.name == "entered"
+
 
 Timing = Literal["", "followed", "not followed"]
 """Whether the time in a state is asked for, and whether proofs follow what is computed from it."""
@@ -60,20 +69,21 @@ class UndecidedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class TurningPoints:
-    """Whether a condition holds in the first period, and the periods at which that changes."""
+    """Whether a condition holds at first, and the periods at which that changes."""
 
     first: bool
     at: tuple[int, ...]
 
 
 class Timer:
-    """Evaluates conditions over `elapsed` and constants, rounded as generated code rounds.
+    """Evaluates conditions over time and constants, rounded as generated code rounds.
 
     It bisects ranges of periods until interval arithmetic decides each of them.
     """
 
-    def __init__(self, numbering: Numbering) -> None:
-        self._numbering = numbering
+    def __init__(self, numbering: Numbering, counter: str = "") -> None:
+        """Time is `elapsed`, from the first period on, or the memory `counter`, from 0 on."""
+        self._numbering, self._counter = numbering, counter
         # All by value number. Parts have smaller numbers than what is computed from them.
         self._constant_ranges: dict[int, Range] = {}
         self._steps: dict[int, _Step] = {}
@@ -95,7 +105,8 @@ class Timer:
         """
         number = self._numbering.number(condition)
         self._register(condition)
-        if self._numbering.exact_period_s is None or number not in self._steps:
+        is_timed = self._counter or self._numbering.exact_period_s is not None
+        if not is_timed or number not in self._steps:
             return None
         if number not in self._turns:
             try:
@@ -138,7 +149,7 @@ class Timer:
 
     def _bisect(self, steps: Sequence[int]) -> TurningPoints:
         found: list[tuple[int, bool]] = []
-        open_, left = [(1, LONGEST)], MOST_STEPS
+        open_, left = [(0 if self._counter else 1, LONGEST)], MOST_STEPS
         while open_:
             early, late = open_.pop()
             left -= len(steps)
@@ -150,23 +161,25 @@ class Timer:
             elif early == late:
                 raise UndecidedError
             else:
-                middle = min(2 * early, (early + late) // 2)  # a turn at n takes log n ranges
+                # A turn at n takes log n ranges.
+                middle = min(2 * early, (early + late) // 2)
                 open_ += [(middle + 1, late), (early, middle)]
         turns = [now for before, now in pairwise(found) if before[1] != now[1]]
         return TurningPoints(found[0][1], tuple(period for period, _ in turns))
 
     def _truth_over(self, steps: Sequence[int], early: int, late: int) -> Range:
         """The truth values that the condition has over some periods, as a range."""
+        time: Range = early, late
         step_s = self._numbering.exact_period_s
-        assert step_s is not None  # `turns` looked
-        # Rounded once, as the float of a fraction is.
-        up, down = step_s.numerator, step_s.denominator
-        time_s = early * up / down, late * up / down
+        if not self._counter and step_s is not None:
+            # Rounded once, as the float of a fraction is.
+            up, down = step_s.numerator, step_s.denominator
+            time = early * up / down, late * up / down
         values: dict[int, Range] = {}
         for number in steps:
             operation, parts = self._steps[number]
             of = [values.get(part) or self._constant_ranges[part] for part in parts]
-            values[number] = operation(*of) if operation else time_s
+            values[number] = operation(*of) if operation else time
         return values[steps[-1]]
 
     def _steps_to(self, number: int) -> list[int]:
@@ -197,13 +210,18 @@ class Timer:
         return number not in self._undetermined
 
     def _step(self, expr: Expr) -> _Step | None:
-        if isinstance(expr, Clock) and expr.name == "elapsed":
+        if self._is_time(expr):
             return _Step(None, ())
         operation, parts = operation_of(expr), tuple(children(expr))
         scalar = kind(expr.type).sort in ("truth", "whole", "real")
         if operation is None or not (scalar and all(map(self._register, parts))):
             return None
         return _Step(operation, tuple(map(self._numbering.number, parts)))
+
+    def _is_time(self, expr: Expr) -> bool:
+        if self._counter:
+            return isinstance(expr, MemoryRef) and expr.name == self._counter
+        return isinstance(expr, Clock) and expr.name == "elapsed"
 
     def _timing(self, expr: Expr) -> Timing:
         number = self._numbering.number(expr)

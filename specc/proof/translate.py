@@ -24,7 +24,6 @@ from specc.model.expr import (
     Binary,
     Builtin,
     Choice,
-    Clock,
     Compare,
     Expr,
     Fresh,
@@ -32,7 +31,6 @@ from specc.model.expr import (
     IsOneOf,
     LetRef,
     Logic,
-    MemoryRef,
     Nothing,
     Present,
     Quantifier,
@@ -40,7 +38,7 @@ from specc.model.expr import (
     Unary,
 )
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Type, Vector
-from specc.proof.clock import Timer, TurningPoints
+from specc.proof.clock import Timer, TurningPoints, asks_entry
 from specc.proof.formula import (
     Arrival,
     Atom,
@@ -150,9 +148,7 @@ class Translator:
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
             case Present(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "present", expr)
-            case Clock(name="entered") if self._is_in_conditions:
-                return self.make.false
-            case MemoryRef(name=name) if self._is_in_conditions and name.startswith("entered("):
+            case _ if asks_entry(expr) and self._is_in_conditions:
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)

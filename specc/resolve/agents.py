@@ -287,7 +287,7 @@ class AgentResolver:
             budget_s=part.budget_s,
         )
         late, has_suppressed = self._since(before)
-        found = (*part.found, *late)
+        found = [each for each in (*part.found, *late) if each.severity != "warning"]
         if found:
             inner = all(_leaves_interface_known(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)

@@ -205,7 +205,7 @@ class Findings:
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggest(name, names)
-        may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
+        may_come = what in _MAY_COME and (what not in _IDENTIFIERS or name.isidentifier())
         if may_come and not is_typo(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = joined_help(_MAY_COME[what], help if names else "")
@@ -246,6 +246,8 @@ class Findings:
 
 _OF_FILES = ("E00", "E01", "O0401")
 _TARGETS = ("memory target", "output target")
+_IDENTIFIERS = ("agent", "state or mode", "mode")
+"""What has no other names, so that anything else is a mistake and not a part to come."""
 _MAY_COME = {
     "frame": "declare it under `frames:`",
     "agent": "add it under `agents:`",

@@ -154,6 +154,7 @@ class MachineResolver:
             "lets": (*memory.lets(self.rate_hz), *self.lets),
             "memory": (*self.memory, *memory.elements(self.initial_state)),
             "transitions": self._transitions(memory),
+            "idle_rows": tuple(self.where["transitions"][index].place for index in table.idle),
             "axioms": self._axioms(),
         }
 
@@ -230,7 +231,14 @@ class MachineResolver:
     def _declared(
         self, kind: ConditionKind, name: str, item: ConditionDef, at: YamlNode, scope: Scope
     ) -> Condition:
-        if item.when is not None:
+        text = item.when or ""
+        declared = {name for kind in _FIXED for name in getattr(self.definition.conditions, kind)}
+        if text in {*declared, *_ENDS} and not scope.has(text):
+            message, when = f"`{text}` is a condition, and not a value", None
+            help = "write its expression here, or give that a name under `let:` for both"
+            help = help if text in declared else f"write `{text == 'always'}`"
+            self._findings.report("E0201", message, at["when"].place, help=help)
+        elif item.when is not None:
             when = self.expressions.condition(at["when"], item.when, scope)
         else:
             when = None

@@ -228,6 +228,8 @@ class FlatTable:
     rows: list[FlatRow] = field(default_factory=list)
     history: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Mode that a row resumes -> the values of `left(mode)`, the initial one first."""
+    idle: tuple[int, ...] = ()
+    """Rows of the file that stand for no error condition, since other rows name each of them."""
     _named: dict[str, set[str]] = field(default_factory=dict)
     """State -> the causes that its rows name."""
 
@@ -236,12 +238,9 @@ class FlatTable:
         for row in written:
             self._named.setdefault(row.source, set()).add(row.cause)
         by_cause = [flat for row in written for flat in self._by_cause(row)]
+        some = {row.index for row in by_cause}
         clear = (row for row in written if "error" not in self.errors[row.source])
-        for index in sorted({row.index for row in clear} - {row.index for row in by_cause}):
-            message, help = "no error condition is left to this row", "delete the row"
-            place = self.tree.where["transitions"][index].place
-            label = "each has rows of its own"
-            self.tree.findings.report("W0604", message, place, label=label, help=help)
+        self.idle = tuple(dict.fromkeys(row.index for row in clear if row.index not in some))
         for mode in dict.fromkeys(row.resumes for row in by_cause if row.resumes):
             self.history[mode] = self._history(mode, by_cause)
         for row in by_cause:

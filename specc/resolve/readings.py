@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from specc.diagnostics.nearest import nearest
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
@@ -62,6 +63,10 @@ class Names(ast.NodeTransformer):
         self._roots = {*self._agents, PLANT} if plant else {*self._agents}
         self._wires = world.wires
         self._subsystems, self._devices = self._wires.subsystems, self._wires.devices
+        owners = self._subsystems.items()
+        states = {state.name for _, owner in owners for state in owner.states}
+        modes = {mode.name: name for name, owner in owners for mode in owner.modes}
+        self._modes = {name: owner for name, owner in modes.items() if name not in states}
         self._readings = readings
         self._uncertain = world.uncertain
 
@@ -85,25 +90,71 @@ class Names(ast.NodeTransformer):
         )
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        """Note states of a subsystem, which stand beside `state(agent.subsystem)`."""
+        """Note states and modes of a subsystem, which stand beside `state(agent.subsystem)`.
+
+        A mode is replaced by its states.
+        """
         self._note_states(node)
-        self.generic_visit(node)
+        written = self._with_states_of_modes(node)
+        self.generic_visit(written)
+        return written
+
+    def _with_states_of_modes(self, node: ast.Compare) -> ast.Compare:
+        """The comparison of a state with one of several, where one side names a mode."""
+        sides, (op, *others) = [node.left, *node.comparators], node.ops
+        if others or not isinstance(op, ast.Eq | ast.NotEq | ast.In | ast.NotIn):
+            return node
+        for one, other in (sides, sides[::-1]):
+            owner = self._state_owner(one)
+            names = other.elts if isinstance(other, ast.Set) else [other]
+            modes = {mode.name: mode.states for mode in owner.modes} if owner else {}
+            if owner and modes:
+                self._refuse_misspelt_modes(owner, names)
+            if any(getattr(name, "id", "") in modes for name in names):
+                states = [
+                    ast.copy_location(ast.Name(state, ast.Load()), name) if state else name
+                    for name in names
+                    for state in modes.get(getattr(name, "id", ""), ("",))
+                ]
+                is_in = isinstance(op, ast.Eq | ast.In)
+                members = ast.copy_location(ast.Set(states), other)
+                found = ast.Compare(one, [ast.In() if is_in else ast.NotIn()], [members])
+                return ast.copy_location(found, node)
         return node
+
+    def _refuse_misspelt_modes(self, owner: Subsystem, names: Sequence[ast.expr]) -> None:
+        """Report a name beside a state of a subsystem that is nearly that of a mode."""
+        modes = [mode.name for mode in owner.modes]
+        known = [*(state.name for state in owner.states), *modes]
+        for node in names:
+            match node:
+                case ast.Name(id=name) if name not in (*known, *self._others, *self._modes):
+                    if nearest(name, modes):
+                        raise self._unknown("state or mode", name, known, node, owner, "E0201")
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Report a mode that stands elsewhere than beside the state of its subsystem."""
+        owner = self._modes.get(node.id)
+        if owner and node.id not in (*self._others, *self._roots, *BUILTIN_NAMES):
+            message = f"`{node.id}` is a mode of `{owner}`, and not a value"
+            raise formula_error(node, message, f"write `state({owner}) == {node.id}`")
+        return node
+
+    def _state_owner(self, node: ast.expr) -> Subsystem | None:
+        """The subsystem that `state(agent.subsystem)` asks for."""
+        match node:
+            case ast.Call(func=ast.Name(id="state"), args=[of]):
+                return self._subsystems.get(".".join(_steps(of)))
+        return None
 
     def _note_states(self, node: ast.Compare) -> None:
         sides = [node.left, *node.comparators]
         for side in sides:
-            match side:
-                case ast.Call(func=ast.Name(id="state"), args=[of]):
-                    owner = self._subsystems.get(".".join(_steps(of)))
-                    states = {s.name: s.place for s in owner.states} if owner else {}
-                    modes = {mode.name: mode for mode in owner.modes} if owner else {}
-                    for name in (n for s in sides for n in getattr(s, "elts", (s,))):
-                        self._note(name, states.get(getattr(name, "id", "")))
-                        if mode := modes.get(getattr(name, "id", "")):
-                            inside = f"in {{{', '.join(mode.states)}}}"
-                            help = f"name its states: `state({'.'.join(_steps(of))}) {inside}`"
-                            raise formula_error(name, f"`{mode.name}` is a mode", help)
+            if (owner := self._state_owner(side)) is not None:
+                places = {state.name: state.place for state in owner.states}
+                places |= {mode.name: mode.place for mode in owner.modes}
+                for name in (n for s in sides for n in getattr(s, "elts", (s,))):
+                    self._note(name, places.get(getattr(name, "id", "")))
 
     def _path(self, node: ast.expr) -> list[str]:
         """The names of `a.b.c`, with a note of agent and subsystem; none of anything else."""
@@ -218,6 +269,10 @@ class Names(ast.NodeTransformer):
         if len(steps) == 5:
             return self._of_buffer(name, owner, steps, node)
         memory = {item.name: item for item in owner.memory if item.name.isidentifier()}
+        if steps[2] in [mode.name for mode in owner.modes]:
+            message = f"`{steps[2]}` is a mode of `{owner.qualified_name}`, and not a value"
+            help = f"write `state({owner.qualified_name}) == {steps[2]}`"
+            raise formula_error(node, message, help)
         if steps[2] not in memory:
             raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
         element = memory[steps[2]]

@@ -205,11 +205,13 @@ class FormulaResolver:
         definitions, refused = self.expressions.definitions, set[str]()
         subsystems = [s for agent in self.world.agents for s in agent.subsystems]
         states = {state.name: state.place for s in subsystems for state in s.states}
+        modes = {mode.name: mode.place for s in subsystems for mode in s.modes}
         defined: tuple[tuple[str, Mapping[str, Place]], ...] = (
             ("another let", self.lets.places),
             ("a constant", {c.name: c.place for c in definitions.constants.values()}),
             ("an agent", {agent.name: agent.place for agent in self.world.agents}),
             ("a state", states),
+            ("a mode", modes),
         )
         members = constant_scope(definitions).enums
 

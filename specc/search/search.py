@@ -252,7 +252,10 @@ class Inverter:
     def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
         """Values of a side that are in a relation to the other side's."""
         sort = kind(side.type).sort
-        if isinstance(side, m.Clock) and sort == "real":
+        is_time = isinstance(side, m.Clock) or (
+            isinstance(side, m.LetRef) and side.name.startswith("elapsed(")
+        )
+        if is_time and sort == "real":
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
             return [time for time in near if m.COMPARISONS[op](time, other)]

@@ -208,6 +208,11 @@ class Interpreter:
             "entered": at.periods == 0,
             "period": self.period_s,
         }
+        memory = at.memory
+        if at.periods and any(name.startswith("entered(") for name in memory):
+            # As for `entered` of the state, this is not a mode's first period any more.
+            no_entry = {name: False for name in memory if name.startswith("entered(")}
+            memory = {**memory, **no_entry}
         operators = {name: partial(self._call, at, name) for name in self.results}
         env = Environment(
             inputs=inputs,
@@ -215,7 +220,7 @@ class Interpreter:
             present=at.present,
             lags=lags,
             live={**self._live, **at.live},
-            memory=at.memory,
+            memory=memory,
             files=self._files,
             clock=clock,
             operators=operators,
@@ -248,6 +253,7 @@ class FreeVariables:
         time: how long the state has been running.
         unsent: inputs may change although nothing comes; otherwise only those of `devices` may.
         never: inputs that must not come.
+        timers: memory that counts the periods together with the time in the state.
     """
 
     memory: frozenset[str]
@@ -256,6 +262,7 @@ class FreeVariables:
     unsent: bool = True
     devices: frozenset[InputName] = frozenset()
     never: frozenset[InputName] = frozenset()
+    timers: frozenset[str] = frozenset()
 
     def with_input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
         """The situation with another value of an input."""
@@ -299,8 +306,12 @@ class FreeVariables:
         """The situation with another value in memory."""
         if name in self.memory:
             yield replace(at, memory={**at.memory, name: value})
+        elif name in self.timers:
+            yield from self.wait(at.periods + value - at.memory[name], at)
 
     def wait(self, periods: int, at: Situation) -> Iterator[Situation]:
         """The situation some periods after the state was entered."""
         if self.time and 1 <= periods <= LONGEST:
-            yield replace(at, periods=periods)
+            passed = periods - at.periods
+            timed = {name: at.memory[name] + passed for name in self.timers}
+            yield replace(at, periods=periods, memory={**at.memory, **timed})

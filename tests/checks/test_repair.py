@@ -154,9 +154,8 @@ def test_the_row_of_the_report_makes_the_specification_pass(case: Path, tmp_path
     state, cause, name = found.groups()
     others = [r.place.route[-1] for r in finding.related if r.message.startswith("ended by")]
     lines = case.read_text(encoding="utf-8").splitlines()
-    lines += [
-        f"          - [{lacking}, {cause}, {name}, {lacking}]" for lacking in (state, *others)
-    ]
+    indent = " " * (len(lines[-1]) - len(lines[-1].lstrip()))
+    lines += [f"{indent}- [{lacking}, {cause}, {name}, {lacking}]" for lacking in (state, *others)]
     mended = tmp_path / "mended.yaml"
     mended.write_text("\n".join(lines) + "\n", encoding="utf-8")
     result = compile_spec(str(mended))

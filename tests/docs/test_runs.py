@@ -45,11 +45,11 @@ def test_every_key_is_told() -> None:
     system: Any = SimpleNamespace(task=None)
     cycles = Cycles(system, None, lambda: 1.0)
     cycles.end("fault")
-    subsystem: Any = SimpleNamespace(name="a.c", transitions=())
+    subsystem: Any = SimpleNamespace(name="a.c", transitions=(), modes={"S0": ("m",)})
     keys = [
         [part.name for part in fields(Report)],
         list(cycles.results[0]),
-        list(subsystem_data(Tally(subsystem), 0.0, 0.0)),
+        list(subsystem_data(Tally(subsystem, "S0"), 0.0, 0.0)),
         [part.name for part in fields(TakenTransition)],
         ["because", "began_s", "times"],
         [*(part.name for part in fields(Change)), "time_s"],
@@ -67,7 +67,9 @@ def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) ->
     (told,) = _tables(_section("Safe outputs"))
     assert all(sorted(told) == sorted(output) for output in report["last_outputs"].values())
     told = _tables(_section("Faults"))[0]
-    assert sorted(told) == sorted(faults.Fault("a.c", "S0", "it failed").as_data())
+    fault = faults.Fault("a.c", "S0", "it failed")
+    fault.modes = ("m",)
+    assert sorted(told) == sorted(fault.as_data())
     (told,) = _tables(PAGE.split("## Report\n")[0])
     assert report["requirements"]
     assert all(sorted(told) == sorted({*each, "name"}) for each in report["requirements"])
@@ -79,7 +81,8 @@ def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) ->
 def test_the_last_rows_and_the_time_in_states() -> None:
     """Repetitions are one entry; what a snapshot keeps goes on as it was."""
     rows = ("a terminal x -> b", "b terminal x -> a", "a terminal y -> a")
-    subsystem: Any = SimpleNamespace(name="m.c", transitions=rows)
+    modes = {"a": ("inner", "outer"), "b": ("outer",)}
+    subsystem: Any = SimpleNamespace(name="m.c", transitions=rows, modes=modes)
     system: Any = SimpleNamespace(subsystems=[SimpleNamespace(subsystem=subsystem)])
     whole, first = Statistics(system), Statistics(system)
     steps = [(-1, "a"), (2, "a"), (2, "a"), (0, "b"), (-1, "b"), (1, "a"), (0, "b")]
@@ -94,6 +97,7 @@ def test_the_last_rows_and_the_time_in_states() -> None:
     told = subsystem_data(tally, 0.0, 0.75)
     assert told == subsystem_data(second.tallies["m.c"], 0.0, 0.75)
     assert told["time_in_states_s"] == {"a": 0.4, "b": 0.35}
+    assert told["time_in_modes_s"] == {"inner": 0.4, "outer": 0.75}
     assert [(t["transition"], t["times"]) for t in told["last_transitions"]] == [
         (rows[2], 2), (rows[0], 1), (rows[1], 1), (rows[0], 1),
     ]  # fmt: skip

@@ -7,6 +7,7 @@ from random import Random
 from typing import Any
 
 from specc.pipeline import Result
+from tests.explore.modes import add_modes, narrow_rows
 from tests.soundness.running import compiled
 
 Tree = dict[str, Any]
@@ -52,9 +53,18 @@ REQUIRED = (
 )
 
 
-def counting(rng: Random, folder: Path) -> Result:
-    """What the compiler makes of a system with two machines that count, in a folder."""
+def counting(
+    rng: Random, folder: Path, *, with_modes: bool = False, narrowed: bool = False
+) -> Result:
+    """What the compiler makes of a system with two machines that count, in a folder.
+
+    With `narrowed` rows some may be missing.
+    """
     agents = {name: {"control": _control(rng, name, peer)} for name, peer in ("ab", "ba")}
+    for agent in agents.values() if with_modes else ():
+        add_modes(rng, agent["control"], longest_s=12.5)
+        if narrowed:
+            narrow_rows(rng, agent["control"])
     tree = {"specc": 1.1, "system": "counting", "agents": agents}
     tree["require"] = [
         {"that": rng.choice(REQUIRED).format(**_numbers(rng), **_names(rng)), "because": "it is so"}

@@ -9,6 +9,8 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
+from tests.explore.modes import add_modes
+
 Tree = dict[str, Any]
 LAWS = ("x.R.d", "clamp(x.R.d, 0, {c})", "min(max(x.R.d, 0), {c})", "0.5 * x.R.d", "abs(x.R.d)")
 LOOKS = (
@@ -21,9 +23,19 @@ LOOKS = (
 RESTS = ("fresh(x.hub.ack)", "present(x.hub.ack) and x.hub.ack", "elapsed >= 0.{c}[s]", "k < {c}")
 
 
-def family(seed: int, *, backwards: bool = False) -> Tree:
+def family(seed: int, *, backwards: bool = False, with_modes: bool = False) -> Tree:
     """The specification of a family; its agents in one order, or in the opposite one."""
-    return _Author(Random(f"family {seed}")).tree(backwards=backwards)
+    tree = _Author(Random(f"family {seed}")).tree(backwards=backwards)
+    odd = Random(f"odd {seed}").choice(["", "", *sorted(tree["agents"])])
+    for name, agent in tree["agents"].items() if with_modes else ():
+        # One of the copies may have other modes.
+        same = "hub" if name == "hub" else name if name == odd else "w"
+        control = agent["control"]
+        control.setdefault("conditions", {})
+        control.setdefault("memory", {})
+        count = "k" if name != "hub" else "2"
+        add_modes(Random(f"modes {seed} {same}"), control, longest_s=1.5, count=count)
+    return tree
 
 
 class _Author:

@@ -12,6 +12,7 @@ from random import Random
 from typing import Any
 
 from specc.pipeline import Result
+from tests.explore.modes import add_modes
 from tests.soundness.running import compiled
 from tests.soundness.specifications import text_of
 
@@ -27,6 +28,11 @@ REQUIRED = (
     "always({} implies throughout(0.1[s], {}))",
     "always({} implies once(0.2[s], {}))",
     "always({} or not since({}, True))",
+)
+
+OF_MODES = (
+    "always(state({0}) == inner implies within(0.3[s], state({0}) != inner))",
+    "always(state({0}) not in {{inner, S0}} or once(0.5[s], inner == state({0})))",
 )
 
 
@@ -304,8 +310,16 @@ def _test(rng: Random, text: str, kind: str, role: Role) -> str:
     return f"({text} {op} {rng.choice(role.literals(kind))})"
 
 
-def society(rng: Random, folder: Path) -> Result:
+def society(rng: Random, folder: Path, *, with_modes: bool = False) -> Result:
     """What the compiler makes of a random system of agents (see `Author`), in a folder."""
-    tree, part = Author(rng).written()
+    author = Author(rng)
+    tree, part = author.written()
+    for name, agent in tree["agents"].items() if with_modes else ():
+        described = "use" in agent["control"]
+        control = part["subsystem"] if described else agent["control"]
+        add_modes(rng, control, longest_s=1.0, count=author.roles[name].count)
+        machine = f"{name}_1.c" if name == "workers" else f"{name}.c"
+        that = rng.choice(OF_MODES).format(machine)
+        tree["require"].append({"that": that, "because": "it is so"})
     (folder / "part.yaml").write_text(text_of(part), encoding="utf-8")
     return compiled(tree, folder)

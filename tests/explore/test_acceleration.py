@@ -19,7 +19,7 @@ from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.progressions import Progression, progression_of
-from specc.tools.explore.timing import Clocks
+from specc.tools.explore.timing import Clocks, ModeTimer
 from specc.tools.explore.tracker import RequirementTracker
 from tests.explore.counters import counting
 from tests.explore.test_societies import Followed, strayed
@@ -52,11 +52,11 @@ def wrong(result: Result, total: dict[str, int]) -> list[str]:
     return [*filter(None, found), *lies, *misjudged(result, there, range(1), TICKS)]
 
 
-def judged(seeds: Sequence[int], folder: Path) -> dict[str, int]:
+def judged(seeds: Sequence[int], folder: Path, *, with_modes: bool = False) -> dict[str, int]:
     """How much was compared, of random systems."""
     total = dict.fromkeys(("graphs", "repeated", "said"), 0)
     for seed in seeds:
-        result = counting(Random(seed), folder)
+        result = counting(Random(seed), folder, with_modes=with_modes)
         if result.ok:
             assert (wrong(result, total), seed) == ([], seed)
     return total
@@ -65,6 +65,12 @@ def judged(seeds: Sequence[int], folder: Path) -> dict[str, int]:
 @pytest.mark.parametrize("seeds", blocks((0, 4), long=2, each=30))
 def test_repeated_steps_are_what_runs_do(seeds: Seeds, tmp_path: Path) -> None:
     total = judged(seeds, tmp_path)
+    assert all(total[name] for name in ("graphs", "said", "repeated")) or seeds.are_fresh, total
+
+
+@pytest.mark.parametrize("seeds", blocks((2, 16), also=range(1, 26), long=2, each=30))
+def test_repeated_steps_with_modes_are_what_runs_do(seeds: Seeds, tmp_path: Path) -> None:
+    total = judged(seeds, tmp_path, with_modes=True)
     assert all(total[name] for name in ("graphs", "said", "repeated")) or seeds.are_fresh, total
 
 
@@ -151,7 +157,18 @@ def test_what_is_minus_zero_on_the_way_is_not_skipped(z: str, tmp_path: Path) ->
     assert wrong(result, dict.fromkeys(("graphs", "repeated", "said"), 0)) == []
 
 
+def timed() -> dict[str, Any]:
+    """A machine that counts on when the time of its mode does not matter any more."""
+    tree = alone("k >= 400", {})
+    control = tree["agents"]["a"]["control"]
+    late = {"late": "elapsed(m) > 10[s] and k < 5"}
+    control["modes"] = {"m": {"states": ["S0"], "error": late}}
+    control["transitions"].append(["m", "late", "always", "S1"])
+    return tree
+
+
 CARELESS = {
+    "time of modes": (ModeTimer, "is_counted_over", lambda *_: True, timed()),
     "time": (Clocks, "is_constant", lambda *_: True, alone("elapsed > 20[s] or k >= 400", {})),
     "rounding": (
         Progression,

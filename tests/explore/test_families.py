@@ -80,6 +80,21 @@ def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     assert seeds.are_fresh or compared > len(seeds) / 2
 
 
+@pytest.mark.parametrize("seeds", blocks(range(4), also=range(4, 40), long=8, each=8))
+def test_families_with_modes_have_the_same_findings_without_symmetry(
+    seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compared = 0
+    for seed in seeds:
+        trees = (family(seed, backwards=b, with_modes=True) for b in (False, True))
+        one, other = (compiled(tree, tmp_path) for tree in trees)
+        if one.ok:
+            different = differences(one, other, monkeypatch)
+            assert not different
+            compared += different is not None
+    assert seeds.are_fresh or compared > len(seeds) / 2
+
+
 def test_families_have_copies_and_others(tmp_path: Path) -> None:
     """With all agents copies, with one that is none, with findings of several kinds."""
     sizes, codes = set[tuple[int, int]](), set[str]()

@@ -59,10 +59,11 @@ def states_of(finding: Diagnostic) -> int:
 def mended(text: str, finding: Diagnostic) -> str:
     """The text of a case with the suggested repair of its finding."""
     lines = text.splitlines()
+    indent = " " * (len(lines[-1]) - len(lines[-1].lstrip()))
     if found := ADDED.search(finding.help):
         state, cause, name = found.groups()
         for lacking in (state, *others_of(finding)):
-            lines.append(f"          - [{lacking}, {cause}, {name}, {lacking}]")
+            lines.append(f"{indent}- [{lacking}, {cause}, {name}, {lacking}]")
     elif asked_instead := ASKED.search(finding.help):
         which, asked, name = asked_instead.groups()
         rows = [i for i, line in enumerate(lines) if f", {name}, " in line]
@@ -71,7 +72,10 @@ def mended(text: str, finding: Diagnostic) -> str:
             lines[each] = lines[each].replace(f", {name}, ", ", mended, ")
         lines.insert(lines.index("          initial:") + 1, f'            mended: "{asked}"')
     elif finding.help.startswith("delete one of the two rows"):
-        del lines[max(i for i, line in enumerate(lines) if ", otherwise, " in line)]
-    elif found := re.search(r"add a row, e\.g\. `(\[.*\])`", finding.help):
-        lines.append(f"          - {found[1]}")
+        first = max(i for i, line in enumerate(lines) if line.endswith(" transitions:")) + 1
+        rows = [i for i, line in enumerate(lines) if i >= first and "- [" in line]
+        del lines[rows[int(finding.primary.route[-1])]]
+    elif found := re.search(r"add a row, e\.g\. `\[(\w+), (.*)\]`", finding.help):
+        for lacking in (found[1], *others_of(finding)):
+            lines.append(f"{indent}- [{lacking}, {found[2]}]")
     return "\n".join(lines) + "\n"

@@ -6,6 +6,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from random import Random
 from unittest.mock import patch
 
 import pytest
@@ -21,8 +22,9 @@ from specc.tools.witness.code import Script, SubsystemCode
 from specc.tools.witness.plan import plan_script
 from specc.tools.witness.subject import Refutation, refutations
 from specc.tools.witness.text import scenario
+from tests.explore.counters import counting
 from tests.lower.test_law import systems
-from tests.seeds import examples
+from tests.seeds import Seeds, blocks, examples
 
 outcomes: Counter[str] = Counter()
 
@@ -79,3 +81,11 @@ def test_scenarios_of_random_machines(examples: int) -> None:
     )(given(systems(decided=False))(check))()
     # What is not found is what proofs relate too little for, such as `n ** 1 == n`.
     assert outcomes["found"]
+
+
+@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 30), long=4, each=20))
+def test_scenarios_of_random_machines_with_modes(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        result = counting(Random(seed), tmp_path, with_modes=True, narrowed=True)
+        if result.system is not None:
+            check(result.system)

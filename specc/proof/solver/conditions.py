@@ -32,6 +32,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.types import Enum, Int, ListOf, Pose, Vector
+from specc.proof.clock import asks_entry
 from specc.proof.numbering import Numbering
 from specc.proof.solver.terms import STEPS_OF_A_TERM, Terms, count_term
 from specc.proof.verdict import SolverError
@@ -113,7 +114,7 @@ class Conditions(Terms):
                 return z3.Or([term == item.type.members.index(m) for m in sorted(members)])
             case Fresh(input=element) | Present(input=element):
                 return arrived(element.peer, element.element, type(expr).__name__.lower())
-            case Clock(name="entered") if self._numbering.period_s is not None:
+            case _ if asks_entry(expr) and self._numbering.period_s is not None:
                 return z3.BoolVal(False)
         return self.unknown(expr)
 

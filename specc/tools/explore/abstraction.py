@@ -328,8 +328,9 @@ class Abstraction:
             )
             for key, element in subsystem.inputs.items()
         )
+        timers = {f"periods({mode.name})" for mode in subsystem.modes}
         memory = tuple(
-            ConeMemory(item.name, item.type, item.init, within.get(item.name))
+            ConeMemory(item.name, item.type, item.init, within.get(item.name), item.name in timers)
             for item in subsystem.memory
             if item.name in machine.memory
         )

@@ -315,11 +315,19 @@ def _is_same_step(one: RepeatedStep, two: RepeatedStep, times: int) -> bool:
     written, next_ = (dict(walker.assignments(*step, known)) for known in (plain, drawn))
     given, then = (walker.assigned_numbers(each.after, each.move.sent) for each in (one, two))
     values = {key: tuple(map(walker.values.value, (given[key], then[key]))) for key in written}
-    return written.keys() == next_.keys() and all(
-        given[key] == then[key]
-        if expr == next_[key]
-        else _is_on_progression(drawn, next_[key], *values[key])
-        for key, expr in written.items()
+    return (
+        written.keys() == next_.keys()
+        and all(
+            given[key] == then[key]
+            if expr == next_[key]
+            else _is_on_progression(drawn, next_[key], *values[key])
+            for key, expr in written.items()
+        )
+        and all(
+            line is None or not line.step or timer.is_counted_over(line, times)
+            for name, timer in walker.mode_timers.items()
+            for line in (drawn.progression_of(next_.get(("", name), m.TRUE)),)
+        )
     )
 
 

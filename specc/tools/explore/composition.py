@@ -217,8 +217,8 @@ class Composition:
 
     @property
     def is_timed(self) -> bool:
-        """Whether time in a state matters at all."""
-        return any(walker.clocks.is_timed for walker in self.walkers)
+        """Whether time in a state or mode matters at all."""
+        return any(walker.clocks.is_timed or walker.mode_timers for walker in self.walkers)
 
     def configuration_of(
         self, phase: int, parts: Sequence[MachineConfiguration], tracker_state: int = 0

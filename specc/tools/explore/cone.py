@@ -104,12 +104,16 @@ class ConeInput:
 
 @dataclass(frozen=True, slots=True)
 class ConeMemory:
-    """Memory that is followed. `bounds` hold at all times."""
+    """Memory that is followed. `bounds` hold at all times.
+
+    If it `is_timer`, it counts the periods of a mode.
+    """
 
     name: str
     type: Type
     init: m.Expr
     bounds: BoundedUnknown | None
+    is_timer: bool = False
 
 
 @dataclass(frozen=True)

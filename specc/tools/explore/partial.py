@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice
+from sys import float_info
 from typing import Any, Final, TypeGuard
 
 from specc.analysis.suspicious_expressions import evaluated_parts, failure
@@ -33,6 +34,7 @@ from specc.proof.clock import TurningPoints
 from specc.tools.explore.progressions import MAX_EXACT, Progression, progression_of
 from specc.tools.explore.regions import BoundedUnknown, Region, is_number, value_leaves
 
+MAX_FLOAT = float_info.max
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
 AbstractValue = m.Expr | Region | BoundedUnknown | Progression | str
@@ -179,11 +181,22 @@ def _evaluated(expr: m.Expr) -> m.Expr:
 def may_fail(expr: m.Expr, lets: Collection[str]) -> bool:
     """Whether a part of an expression has no result for some numbers, or is one of these lets."""
     return any(
-        (isinstance(node, m.Binary) and SIGNS[node.op].may_fail)
+        (isinstance(node, m.Binary) and SIGNS[node.op].may_fail and not _has_safe_operand(node))
         or (isinstance(node, m.Builtin) and FUNCTIONS[node.name].may_fail)
         or (isinstance(node, m.LetRef) and node.name in lets)
         for node in m.walk(expr)
     )
+
+
+def _has_safe_operand(expr: m.Binary) -> bool:
+    """Whether its right operand is a constant with which no number fails, as a divisor but 0.
+
+    Where zero and the least and greatest numbers do not fail, neither do those between them.
+    """
+    if not isinstance(expr.right, m.Number):
+        return False
+    extremes = (replace(expr.right, value=number) for number in (-MAX_FLOAT, 0.0, MAX_FLOAT))
+    return not any(failure(replace(expr, left=left), _number) for left in extremes)
 
 
 def surely_fails(expr: m.Expr) -> bool:

@@ -1,13 +1,14 @@
-"""Time in a state: counted, or in classes between the periods at which a condition turns."""
+"""Time in states and modes: counted, or in classes between periods at which a condition turns."""
 
 from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from specc.model import expr as m
+from specc.model.types import Bool
 from specc.proof import InputName
 from specc.proof.clock import Timer, TurningPoints
 from specc.proof.numbering import Numbering
@@ -153,3 +154,62 @@ class Clocks:
             known.turns, known.periods = self._turn_table(state, known).turns, clock // 2
         else:  # a class counts the turns that passed
             known.periods = self._turns[state][clock - 1] if clock else 1
+
+
+@dataclass(frozen=True, slots=True)
+class ModeTimer:
+    """The periods that passed in a mode, where only conditions that turn with them read them.
+
+    If it `counts`, all periods up to the last of the `turns` are told apart. Otherwise the first
+    period from a turn on stands for all until the next turn.
+    """
+
+    turns: tuple[int, ...]
+    counts: bool
+
+    def numbers(self, periods: int) -> tuple[int, ...]:
+        """The numbers that stand for one period more than what `periods - 1` stands for."""
+        if self.counts:
+            return (min(periods, self.turns[-1]),)
+        after = bisect(self.turns, periods)
+        first = self.turns[after - 1]
+        return (first,) if first == periods else (first, *self.turns[after : after + 1])
+
+    def is_counted_over(self, periods: Progression, times: int) -> bool:
+        """Whether each of the first `times` numbers of periods stands for itself alone."""
+        return self.counts and periods.range_over(times)[1] <= self.turns[-1]
+
+
+def mode_timers(cone: Cone, static: KnownValues, *, counts: bool) -> dict[str, ModeTimer]:
+    """The memory that counts periods of modes and is read by conditions that time alone decides."""
+    found = {}
+    numbering = Numbering(static.lets, static.constants, static.period_s)
+    for item in cone.memory:
+        turns = _mode_turns(cone, static, item.name, numbering) if item.is_timer else None
+        if turns is not None:
+            found[item.name] = ModeTimer(tuple(sorted(turns)), counts)
+    return found
+
+
+def _mode_turns(
+    cone: Cone, static: KnownValues, name: str, numbering: Numbering
+) -> set[int] | None:
+    """The periods of a mode at which conditions turn; None if something else reads them."""
+    timer, found = Timer(numbering, name), {0, 1}
+    waiting = [*cone.axioms, *(item.init for item in cone.memory)]
+    for state in cone.states:
+        waiting += [*state.conditions, *state.failing]
+        waiting += (value for key, value in state.assignments if key != ("", name))
+    while waiting:
+        expr = waiting.pop()
+        if name not in cone.dependences.of(expr).memory:
+            continue
+        turns = timer.turning_points(expr) if isinstance(expr.type, Bool) else None
+        if turns is not None:
+            found.update(turns.at)
+        elif isinstance(expr, m.MemoryRef):
+            return None
+        else:
+            waiting += [static.lets[expr.name]] if isinstance(expr, m.LetRef) else []
+            waiting += m.children(expr)
+    return found

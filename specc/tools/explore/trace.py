@@ -57,6 +57,8 @@ class Step:
         """The step in words."""
         source, target = self.transition.source, self.transition.target
         path = f"from `{source}` to `{target}`" if source and source != target else f"in `{target}`"
+        if self.row and self.row.resumes:
+            path += f" by `resume({self.row.resumes})`"
         sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.transition.sent]
         parts = [f"{float(self.time_s):g} s: `{self.walker.name}` {path}"]
         if sent:

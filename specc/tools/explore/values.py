@@ -75,6 +75,10 @@ class ValueTable:
         (number, *_) = self.possible_numbers(target, expr, known)
         return number
 
+    def number_of_literal(self, expr: m.Expr) -> int:
+        """The number of a literal, whatever the bounds are."""
+        return self._interner.number(expr)
+
     def possible_numbers(
         self, target: str, expr: m.Expr, known: KnownValues, *, sent: Type | None = None
     ) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ from specc.proof import InputName
 from specc.tools.explore.cone import Cone, InputUse, renamed
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
 from specc.tools.explore.regions import value_leaves
-from specc.tools.explore.timing import Clocks
+from specc.tools.explore.timing import Clocks, mode_timers
 from specc.tools.explore.transitions import (
     FAILED,
     SAME_STATE,
@@ -35,7 +35,7 @@ MOST_REMEMBERED = 12
 
 
 class Walker:
-    """Steps one machine. `exact` says whether time in a state is counted or only passes."""
+    """Steps one machine. `exact` says whether time is counted or only passes."""
 
     def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueTable, *, exact: bool):
         """`subsystem` is only for the names and places in messages."""
@@ -55,6 +55,7 @@ class Walker:
         self._memory_bounds = {item.name: item.bounds for item in cone.memory}
         self.static_values = cone.static_values
         self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
+        self.mode_timers = mode_timers(cone, self.static_values, counts=exact)
         self._steady = {x.key for x in others if x.is_steady}
         self._measured = {x.key for x in others if x.is_measured}
         self._noise_bounds = {x.key: x.bounds for x in others if x.bounds is not None}
@@ -272,11 +273,17 @@ class Walker:
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
-            written[key] = self.values.possible_numbers(target, value, known, sent=output)
+            timer = None if key[0] else self.mode_timers.get(key[1])
+            if timer is not None and isinstance(value, m.Number):
+                passed = (replace(value, value=n) for n in timer.numbers(int(value.value)))
+                written[key] = tuple(map(self.values.number_of_literal, passed))
+            else:
+                written[key] = self.values.possible_numbers(target, value, known, sent=output)
             if not key[0]:
                 answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
-                free += (f"what `{key[1]}` is",)
+                mode = key[1].removeprefix("periods(").removesuffix(")")
+                free += (f"how long `{mode}` has lasted" if timer else f"what `{key[1]}` is",)
                 if self.cone.is_measured(value):
                     self.measured_choices.add(free[-1])
         if len(answers) > MOST_REMEMBERED:
@@ -321,7 +328,11 @@ class Walker:
     def track_values(self, local: MachineState, sent: SentValues) -> bool:
         """Track the new values of memory and outputs, if the bounds allow; whether they do."""
         given = self.assigned_numbers(local, sent).items()
-        return all(self.values.track(self._target(key), number) for key, number in given)
+        return all(
+            self.values.track(self._target(key), number)
+            for key, number in given
+            if key[0] or key[1] not in self.mode_timers
+        )
 
     def _forget_memory(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._dependence(a).memory)

@@ -40,6 +40,8 @@ from specc.tools.graph.diagram import (
 
 _START = "start of the machine"
 _CONDITION, _EXPRESSION = 26, 84
+_COLUMN = 3
+"""States of a mode from which on it stands beside what is before and behind it."""
 
 
 def states(subsystem: Subsystem) -> Diagram:
@@ -123,7 +125,7 @@ class _Modes:
         tail, tail_frame = self._tail(tail, row)
         head, head_frame = self._head(head, row)
         if not lines or not (tail_frame or head_frame):
-            is_loose = self._mode_of(tail) != self._mode_of(head)
+            is_loose = self._is_between_columns(tail, head)
             yield Arc(tail, head, lines, stroke, "down", covers, tail_frame, head_frame, is_loose)
             return
         text = f"text {' '.join(covers)}"
@@ -168,6 +170,18 @@ class _Modes:
     def _mark(self, mode: str, box: Box) -> str:
         return self.marks.setdefault(mode, {}).setdefault(box.id, box).id
 
+    def _is_between_columns(self, tail: str, head: str) -> bool:
+        """Whether an arc crosses a frame that is high enough to have a column of its own."""
+        ends = [{*self._modes_around(self._mode_of(node))} for node in (tail, head)]
+        crossed = (self.subsystem.mode(name) for name in ends[0] ^ ends[1])
+        return any(len(mode.states) >= _COLUMN for mode in crossed)
+
+    def _modes_around(self, mode: str) -> Iterator[str]:
+        """A mode and those around it; none for ""."""
+        while mode:
+            yield mode
+            mode = self.subsystem.mode(mode).parent
+
     def _mode_of(self, node: str) -> str:
         """The innermost mode around a state or a mark; "" if there is none."""
         marked = {name: mode for mode, marks in self.marks.items() for name in marks}
@@ -181,7 +195,7 @@ class _Modes:
         """The frame of a mode, with its error conditions."""
         lines = [
             (TextRun(mode.name, "name"), *equations(mode.trace.eq)),
-            *wrap_lines(mode.title, 34),
+            *wrap_lines(mode.title, 46),
         ]
         for cause, condition in mode.errors:
             lines += _ending(cause, condition, 46)

@@ -220,9 +220,8 @@ class _ChartAgent:
         self._report_never_taken()
         if self._notes.failed:
             return
-        self.states = [self._state_names.of(state.id) for state in chart.atomic]
-        self.behaviours = {self._state_names.of(s.id): self._end(s) for s in chart.atomic}
-        """State, and its one behaviour -> the terminal condition."""
+        self.states = {self._state_names.of(s.id): self._end(s) for s in chart.atomic}
+        """State -> the terminal condition of its behaviour."""
         self.transitions: list[Data] = [*self._rows()]
         is_alone = not self.inputs
         self.functions = {
@@ -442,9 +441,9 @@ class _ChartAgent:
 
     def _report_never_taken(self) -> None:
         every = (choice for choices in self._choices.values() for choice in choices)
-        taken = grouped((id(choice.transition), choice.when) for choice in every)
+        conditions = grouped((id(choice.transition), choice.when) for choice in every)
         for transition in self._chart.transitions:
-            found = taken.get(id(transition), [])
+            found = conditions.get(id(transition), [])
             if not found:
                 message = "this transition is never taken: no final state raises its event"
                 self._notes.change(message, transition.element.place)
@@ -478,7 +477,8 @@ class _ChartAgent:
         """What tells the state to the outside, and what notes that its `done` event waits."""
         if is_alone:
             yield f"tell_{self._state_names.of(state)}"
-        if any(part.name == _DONE for c in self._choices[state] for part in atoms(c.when)):
+        conditions = [choice.when for choice in self._choices[state] if choice.next]
+        if any(part.name == _DONE for when in conditions for part in atoms(when)):
             yield "note_done"
 
     def _rows(self) -> Iterator[list[Data]]:

@@ -388,6 +388,7 @@ def paths_of(system: System | None) -> Paths:
             memory = (item.name for item in subsystem.memory if item.name.isidentifier())
             names: list[NamePath] = [(name,) for name in memory]
             names += [(STATE, state.name) for state in subsystem.states]
+            names += [(STATE, mode.name) for mode in subsystem.modes]
             for port in subsystem.ports:
                 names += [(port.direction, port.peer, element.name) for element in port.elements]
             paths.known |= {path: None} | {(*path, *name): None for name in names}

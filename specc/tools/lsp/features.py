@@ -13,7 +13,7 @@ from specc.analysis import RowVerdictAt
 from specc.diagnostics import Diagnostic, Fix
 from specc.diagnostics.renaming import with_repairs_of_typos
 from specc.diagnostics.report import repair
-from specc.model.fsm import OTHERWISE
+from specc.model.fsm import OTHERWISE, cause_words
 from specc.read import read_text
 from specc.resources import is_library_part, on_disk
 from specc.schema.places import names_used_file, role_of
@@ -304,7 +304,9 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
             changes = tuple(_insertions(analysis, lacking))
             if changes:
                 names = ", ".join(each.state.name for each in lacking)
-                title = f"Insert a row for the {verdict.cause} condition of {names}"
+                cause = cause_words(verdict.cause)
+                condition = f"{cause} condition" if cause == verdict.cause else cause
+                title = f"Insert a row for the {condition} of {names}"
                 yield Action(title, diagnostic, changes, preferred=False)
 
 
@@ -324,7 +326,8 @@ def _insertions(analysis: Analysis, lacking: Sequence[RowVerdictAt]) -> Iterator
         return  # the word has a meaning of its own here
     for each in lacking:
         state = each.state.name
-        rows = [i for i, row in enumerate(each.subsystem.transitions) if row.source == state]
+        # The rows of the file, by their steps in the table: one may be of several states.
+        rows = [r.place.route[-1] for r in each.subsystem.transitions if r.source == state]
         text = f"[{state}, {each.cause}, {name}, {state}]"
         route = (*place.route[:-2], "transitions")
         table = source.node(route) if source else None

@@ -6,19 +6,20 @@ found that lead to the refutation, a state, memory or time is put in place.
 
 from __future__ import annotations
 
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import TypeVar
 
 from specc.analysis import Facts
 from specc.analysis.definite_assignment import always_present
+from specc.analysis.graph import TransitionPath, paths
 from specc.analysis.reads import Dependences
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, freshness, presence
-from specc.reachable import grouped
 from specc.search import (
     NO_VALUE,
     FreeVariables,
@@ -193,16 +194,36 @@ class Driver:
         holding = [index for index, other in enumerate(rows) if other is row]
         return list(next(refutation_goals(self._subsystem, row.source, row.cause, holding)))
 
-    def follow(self, path: Sequence[Transition], wanted: Situation | None) -> Driven:
+    def follow(
+        self,
+        path: Sequence[Transition],
+        wanted: Situation | None,
+        waits: Mapping[int, int] = MappingProxyType({}),
+    ) -> Driven:
         """The run over the rows of a path; inputs have `wanted` values from the start if they can.
+
+        It `waits` so many periods longer before rows with these indices.
 
         Raises:
             NoRunError: nothing was found that takes them.
         """
         driven = self.first(wanted)
-        for row in path:
+        for index, row in enumerate(path):
+            driven = self._wait(driven, waits.get(index, 0))
             driven = self.with_missing_inputs(partial(self._take_row, driven, row))
         return driven
+
+    def longer_runs(
+        self, path: Sequence[Transition], state: str, wanted: Situation
+    ) -> Iterator[Driven]:
+        """Runs over the rows of a path that wait on the way until a mode has lasted as wanted."""
+        memory = self.follow(path, None).at.memory
+        for timer in sorted(self.timers(state)):
+            missing = wanted.memory[timer] - memory[timer]
+            for index, row in enumerate(path if 0 < missing <= LONGEST_WAIT else ()):
+                if timer in self.timers(row.source):
+                    with suppress(NoRunError):
+                        yield self.follow(path, None, {index: missing})
 
     def _take_row(self, driven: Driven, row: Transition, more: list[Goal]) -> Driven:
         here, seen = self.reach(driven, [*self.row_goals(row), *more])
@@ -349,16 +370,23 @@ class Driver:
         memory = self.meaning.changing if placed else frozenset[str]()
         inputs = self.inputs
         sure = self._presence.in_conditions(state) | inputs.always if state else inputs.always
-        freedom = FreeVariables(memory, sure, time, placed, inputs.devices, self._never)
+        timers = self.timers(state) if time and not placed else frozenset[str]()
+        freedom = FreeVariables(memory, sure, time, placed, inputs.devices, self._never, timers)
         found = find(self.meaning, at, goals, freedom)
         if found is None:
             raise NoRunError(f"no inputs were found that end {state} as required")
         while time and found.periods > at.periods:
-            sooner = replace(found, periods=found.periods - 1)
+            (sooner,) = freedom.wait(found.periods - 1, found)
             if not self.meaning.satisfies(goals, sooner):
                 break
             found = sooner
         return self.inputs.with_simultaneous(found, goals)
+
+    def timers(self, state: str) -> frozenset[str]:
+        """The memory that counts periods while a state lasts."""
+        modes = self._subsystem.state(state).modes if state else ()
+        known = {item.name for item in self._subsystem.memory}
+        return frozenset(f"periods({mode})" for mode in modes) & known
 
     def find_situation_anywhere(
         self, at: Situation, goals: Sequence[Goal], state: str
@@ -369,34 +397,14 @@ class Driver:
             NoRunError: nothing was found.
         """
         at = replace(at, present=at.present | self._presence.in_conditions(state))
-        return self.find_situation(at, goals, state, time=True, placed=True)
-
-
-# Ways through the transition table of a machine.
-
-
-MOST_PATHS = 6
-"""Ways to a state that are tried, and ways through every other one."""
-
-TransitionPath = tuple[Transition, ...]
-
-
-def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[TransitionPath]:
-    """Ways from a state to another one, the shortest first, no state twice."""
-    leaving = grouped((row.source, row) for row in rows)
-    open_: deque[TransitionPath] = deque([()])
-    visits: Counter[str] = Counter()
-    while open_:
-        path = open_.popleft()
-        here = path[-1].target if path else start
-        visits[here] += 1
-        if visits[here] > MOST_PATHS:
-            continue
-        if here == end:
-            yield path
-            continue
-        been = {start, *(row.target for row in path)}
-        open_ += [(*path, row) for row in leaving.get(here, ()) if row.target not in been]
+        found = self.find_situation(at, goals, state, time=True, placed=True)
+        for timer in self.timers(state):
+            while found.memory[timer] > at.memory[timer]:
+                sooner = replace(found, memory={**found.memory, timer: found.memory[timer] - 1})
+                if not self.meaning.satisfies(goals, sooner):
+                    break
+                found = sooner
+        return found
 
 
 # Attempts at a script, those that put the least in place first.
@@ -425,8 +433,8 @@ class Planner:
         self._code = code
         self._subsystem = code.subsystem
         self._refutation = refutation
-        possible = {step.row.place for step in facts.of(whole).edges}
-        rows = [row for row in self._subsystem.transitions if row.place in possible]
+        possible = {step.row.identity for step in facts.of(whole).edges}
+        rows = [row for row in self._subsystem.transitions if row.identity in possible]
         self._paths = list(paths(rows, self._subsystem.initial_state, refutation.state))
 
     def attempts(self) -> Iterator[Attempt]:
@@ -442,9 +450,9 @@ class Planner:
         """What shows the rows of the refutation."""
         about = self._refutation
         assert about.cause is not None  # this is about rows
-        places = {row.place for row in about.rows}
+        shown = {row.identity for row in about.rows}
         rows = self._subsystem.rows(about.state, about.cause)
-        holding = [index for index, (_, row) in enumerate(rows) if row.place in places]
+        holding = [index for index, (_, row) in enumerate(rows) if row.identity in shown]
         return refutation_goals(self._subsystem, about.state, about.cause, holding, about.goals)
 
     def _row_attempts(self, goals: Sequence[Goal]) -> Iterator[Attempt]:
@@ -457,6 +465,10 @@ class Planner:
             yield partial(self._script_by_inputs, driven, goals)
         runs: list[Driven] = []
         if wanted := self._unreached_situation(goals):
+            for path in self._paths:
+                with suppress(NoRunError):
+                    for driven in self._driver.longer_runs(path, self._refutation.state, wanted):
+                        yield partial(self._script_by_inputs, driven, goals)
             for driven in self._runs(wanted, self._paths):
                 runs.append(driven)
                 yield partial(self._script_by_inputs, driven, goals)

@@ -66,6 +66,8 @@ def is_well_formed(result: Result, seed: str, found: Findings) -> bool:
     errors = [d for d in result.diagnostics if d.code[0] in "EO"]
     odd = [d for d in errors if not d.code.startswith(ABOUT_MACHINES)]
     found.wrong += [f"{seed}: refused, {d.code} {d.message}" for d in odd]
+    if result.ok and result.broken:
+        found.wrong.append(f"{seed}: accepted, but nothing is proved of {sorted(result.broken)}")
     found.counts["accepted" if result.ok else "refused"] += 1
     return not odd
 

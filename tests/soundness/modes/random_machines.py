@@ -472,7 +472,7 @@ class Author:
         """The whole file as a tree of mappings, lists and texts."""
         control = self.control()
         tree: Tree = {
-            "specc": 1.2,
+            "specc": 1.3 if self.modes else 1.2,
             "system": "random_modes",
             "types": {"Colour": f"enum[{', '.join(COLOURS)}]"},
             "agents": {"a": {**surroundings(self.rate), "control": control}},

@@ -18,7 +18,7 @@ FUNCTIONS: Tree = {
     "fill": {"held": "x.m.n"},
     "drop": {"held": "None"},
     "more": {"held": "held + 1 if held < 3 else 0"},
-    "use": {"taken": "held"},
+    "use": {"taken": "held + 1"},
     "read": {"taken": "x.v.e"},
 }
 
@@ -122,7 +122,7 @@ class Author:
             "transitions": [*self.rows()],
         }
         return {
-            "specc": 1.2,
+            "specc": 1.3,
             "system": "random_resumes",
             "types": {"Colour": f"enum[{', '.join(COLOURS)}]"},
             "agents": {"a": {**surroundings("10 Hz"), "control": control}},

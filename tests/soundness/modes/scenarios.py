@@ -81,7 +81,7 @@ class Case:
         return SYSTEM.format(version=VERSION) + indented
 
 
-VERSION = "1.2"
+VERSION = "1.3"
 
 CASES = (
     Case(

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.seeds import Seeds, blocks
-from tests.soundness.modes import laws
+from tests.soundness.modes import laws, random_resumes
 from tests.soundness.modes.laws import Findings
 from tests.soundness.modes.random_machines import specification
 from tests.soundness.modes.reached import RULES, rules_of
@@ -35,20 +35,30 @@ def test_machines_without_modes_are_machines_with_modes(seeds: Seeds, tmp_path: 
     assert counts["accepted"] > 1 < counts["refused"]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(6), also=range(6, 30), long=20, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(4), also=range(4, 30), long=20, each=10))
 def test_generated_code_does_what_the_interpreter_does(seeds: Seeds, tmp_path: Path) -> None:
     counts = held_against(laws.same_steps, seeds, tmp_path)
     assert (counts["accepted"] and counts["refused"]) or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(6), 272], also=range(6, 30), long=20, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(6), also=range(6, 30), long=20, each=10))
 def test_what_is_accepted_decides(seeds: Seeds, tmp_path: Path) -> None:
-    """In 272 presence rests on memory that no state writes between leaving a mode and resuming."""
     counts = held_against(laws.accepted_decides, seeds, tmp_path)
     assert (counts["accepted"] and counts["seen to fail"]) or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(8), also=range(8, 30), long=20, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(14, 20), also=range(50), long=40, each=40))
+def test_what_is_resumed_has_what_it_relies_on(seeds: Seeds, tmp_path: Path) -> None:
+    found = Findings()
+    for seed in seeds:
+        tree = random_resumes.specification(Random(seed))
+        laws.accepted_decides(tree, tmp_path, f"{seed}", found)
+        laws.same_steps(tree, tmp_path, f"{seed}", found)
+        assert found.wrong == [], seed
+    assert (found.counts["accepted"] and found.counts["seen to fail"]) or seeds.are_fresh
+
+
+@pytest.mark.parametrize("seeds", blocks(range(6), also=range(6, 30), long=20, each=10))
 def test_what_is_refused_is_undecided(seeds: Seeds, tmp_path: Path) -> None:
     counts = held_against(laws.refused_is_refuted, seeds, tmp_path)
     assert counts["refutations"] or seeds.are_fresh
@@ -59,18 +69,18 @@ def test_what_never_happens_never_happens(seeds: Seeds, tmp_path: Path) -> None:
     assert held_against(laws.never_is_never, seeds, tmp_path)["claims"] or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 10), long=6, each=6))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 10), long=6, each=6))
 def test_exploring_finds_all_that_happens(seeds: Seeds, tmp_path: Path) -> None:
     counts = held_against(laws.explored_is_all, seeds, tmp_path)
     assert counts["complete or proved"] or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 8), long=4, each=4))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 8), long=4, each=4))
 def test_traces_of_exploring_are_runs(seeds: Seeds, tmp_path: Path) -> None:
     assert held_against(laws.traces_are_runs, seeds, tmp_path)["traces"] or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 10), long=6, each=6))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 10), long=6, each=6))
 def test_recordings_replay(seeds: Seeds, tmp_path: Path) -> None:
     assert held_against(laws.recordings_replay, seeds, tmp_path)["recordings"] or seeds.are_fresh
 

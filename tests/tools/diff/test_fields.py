@@ -67,6 +67,7 @@ NOT_COMPARED = {
     "System.description_uses": "each use has the values in its expressions",
     "Subsystem.outside": "names of a file are compared where they are used",
     "Subsystem.has_initial_state": FOLLOWS,
+    "Subsystem.idle_rows": FOLLOWS,
     "Port.interface": "its elements are compared",
     "Behaviour.is_complete": FOLLOWS,
     "Function.is_complete": FOLLOWS,

@@ -182,3 +182,31 @@ def test_the_outline_has_modes_with_their_error_conditions(arm: tuple[Project, s
         ("picking", []),
         ("placing", []),
     ]
+
+
+@pytest.mark.parametrize(
+    ("lacking", "condition", "row"),
+    [
+        (
+            "        - [backing, terminal, always, waiting]\n",
+            "terminal condition of backing",
+            "always, failed]\n        - [backing, terminal, always, backing]\n",
+        ),
+        (
+            "        - [[placing, retrying], error, always, failed]\n",
+            "error slow of carrying, lowering, releasing, backing, retrying",
+            "\n        - [carrying, slow, always, carrying]\n",
+        ),
+    ],
+)
+def test_inserts_a_row_that_states_in_modes_lack(
+    lacking: str, condition: str, row: str, tmp_path: Path
+) -> None:
+    text = ARM.replace(lacking, "")
+    path = tmp_path / "arm.yaml"
+    path.write_text(text, encoding="utf-8")
+    project = Project((str(tmp_path),))
+    project.analyse(str(path))
+    (action,) = features.repairs(project, str(path), 0, len(text))
+    assert action.title == f"Insert a row for the {condition}"
+    assert row in apply(text, action.changes)
