@@ -27,7 +27,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import yaml
+import yaml  # type: ignore[import-untyped]
 from specc_runtime import application, session
 from specc_runtime.account import Account
 from specc_runtime.options import Options
@@ -83,7 +83,7 @@ def follow(spec: Path, seed: int, seconds: float, file: Path) -> int:
                 step = record.subsystem, record.stamp, record.time_s, record.state, digest
                 print(*step, file=lines)
 
-        session.Account = Followed  # type: ignore[misc]
+        setattr(session, "Account", Followed)  # noqa: B010 - it is no part of what `session` offers
         return application.execute(
             Options(
                 file.parent / built.system, spec.parent, seed=seed, duration_s=seconds, quiet=True
@@ -128,7 +128,8 @@ def steps(root: Path, spec: str, seed: int, seconds: float) -> list[str]:
     """What a run did."""
     with TemporaryDirectory() as scratch:
         file = Path(scratch) / "steps.txt"
-        command = [sys.executable, __file__, "--follow", root / spec, str(seed), str(seconds), file]
+        arguments = (str(root / spec), str(seed), str(seconds), str(file))
+        command = [sys.executable, __file__, "--follow", *arguments]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode in (0, 1) and file.exists() and file.stat().st_size, done.stderr
         return file.read_text(encoding="utf-8").splitlines()
