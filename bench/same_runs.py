@@ -27,7 +27,8 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import yaml
+from ruamel.yaml import YAML
+from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 from specc_runtime import application, session
 from specc_runtime.account import Account
 from specc_runtime.options import Options
@@ -83,7 +84,7 @@ def follow(spec: Path, seed: int, seconds: float, file: Path) -> int:
                 step = record.subsystem, record.stamp, record.time_s, record.state, digest
                 print(*step, file=lines)
 
-        session.Account = Followed  # type: ignore[misc]
+        setattr(session, "Account", Followed)  # noqa: B010  # which it makes by this name
         return application.execute(
             Options(
                 file.parent / built.system, spec.parent, seed=seed, duration_s=seconds, quiet=True
@@ -110,25 +111,33 @@ def files(spec: Path, specs: Path) -> set[Path]:
     return found
 
 
-def scalars(node: yaml.Node) -> int:
+def scalars(node: Node) -> int:
     """How many keys and values there are."""
-    if isinstance(node, yaml.MappingNode):
+    if isinstance(node, MappingNode):
         return sum(scalars(key) + scalars(value) for key, value in node.value)
-    return sum(map(scalars, node.value)) if isinstance(node, yaml.SequenceNode) else 1
+    return sum(map(scalars, node.value)) if isinstance(node, SequenceNode) else 1
 
 
 def extent(root: Path, spec: str) -> tuple[int, int]:
     """Scalars and lines of a specification and of the parts that it uses."""
     found = [root / "specs" / file for file in files(root / spec, root / "specs")]
     texts = [file.read_text(encoding="utf-8") for file in found]
-    return sum(scalars(yaml.compose(text)) for text in texts), sum(t.count("\n") for t in texts)
+    return sum(scalars(YAML().compose(text)) for text in texts), sum(t.count("\n") for t in texts)
 
 
 def steps(root: Path, spec: str, seed: int, seconds: float) -> list[str]:
     """What a run did."""
     with TemporaryDirectory() as scratch:
         file = Path(scratch) / "steps.txt"
-        command = [sys.executable, __file__, "--follow", root / spec, str(seed), str(seconds), file]
+        command: list[str | Path] = [
+            sys.executable,
+            __file__,
+            "--follow",
+            root / spec,
+            str(seed),
+            str(seconds),
+            file,
+        ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode in (0, 1) and file.exists() and file.stat().st_size, done.stderr
         return file.read_text(encoding="utf-8").splitlines()
