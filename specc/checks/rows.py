@@ -265,12 +265,13 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     for group in groups.values():
         state, cause = group.first.state, group.first.cause
         condition = state.behaviour.ending(cause)
+        named = f" `{cause}`" if cause not in ("terminal", "error") else ""
         have, also = "has no row for its", ""
         if group.others:
             have, also = "have no row for their", ", to each of these states"
         yield Diagnostic(
             "E0603",
-            f"{group.states} {have} {condition.kind} condition",
+            f"{group.states} {have} {condition.kind} condition{named}",
             state.place,
             f"can end {ending(state.behaviour, cause)}",
             (Related(condition.place, f"the {condition.kind} condition"), *group.places),
@@ -326,7 +327,7 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
         findings = {name: finding for name, finding in every if finding is not None}
         for first in [*findings.values()][:1]:
             others = [f"`{name}`" for name in findings][1:]
-            also = f"; neither does it apply in {join_words(others, 'and')}" if others else ""
+            also = f"; nor does the row apply in {join_words(others, 'and')}" if others else ""
             yield replace(first, message=f"{first.message}{also}")
 
 

@@ -357,16 +357,13 @@ class FlatTable:
         return NEVER_LEFT, *left
 
     def _reached_before_leaving(self, mode: str, rows: Sequence[FlatRow]) -> Collection[str]:
-        """The states that may be entered before any row leaves a mode."""
+        """The states that may be entered before any row leaves a mode.
 
-        def targets(row: FlatRow) -> Iterator[str]:
-            yield row.target
-            if row.resumes and row.resumes != mode:
-                yield from self.tree.states(row.resumes)
-
+        A state that a mode is resumed in was entered before.
+        """
         start = self.tree.definition.initial_state or ""
         start = self.tree.initial(start) if start in self.tree.members else start
-        inner = grouped((r.source, t) for r in rows if mode not in r.leaves for t in targets(r))
+        inner = grouped((row.source, row.target) for row in rows if mode not in row.leaves)
         return reachable([start], lambda state: inner.get(state, ()))
 
     def _by_history(self, row: FlatRow) -> Iterator[FlatRow]:

@@ -149,8 +149,11 @@ class _ChartReader:
         self._name_states()
         self._nested = dict(_nested(root))
         """States inside others -> the words for the one that they are in."""
-        refused = [each for each in root.children if each.tag in ("parallel", "history")]
+        refused = [each for each in root.walk() if each.tag == "parallel"]
+        refused += [each for each in root.children if each.tag == "history"]
         self._refused = {each.attributes.get("id") for each in refused}
+        self._whole = ""
+        """The name of the parallel state that is the whole document."""
 
     def read(self) -> tuple[Chart, ...]:
         root = self._root
@@ -191,7 +194,7 @@ class _ChartReader:
         """A chart for each region of a document that is parallel as a whole."""
         root = self._root
         parallel.used = True
-        own = parallel.get("id")
+        self._whole = own = parallel.get("id")
         if (root.get("initial") or _initial_target(root) or own) != own:
             message = "the initial states of regions are not carried over from here"
             help = "name each in its region, `<state initial=...>`"
@@ -247,7 +250,8 @@ class _ChartReader:
         for parallel in parent.all("parallel"):
             parallel.use_all()
             names = [f"`{e.attributes['id']}`" for e in parallel.children if e.tag == "state"]
-            regions = f": {' and '.join(names)} are active at the same time" if names else ""
+            together = f": {' and '.join(names)} are active at the same time"
+            regions = together if len(names) > 1 else ""
             name = parallel.attributes.get("id")
             message = f"{f'`{name}`' if name else 'this'} is a parallel state{regions}"
             self._refuse(message, parallel.place, _APART)
@@ -387,7 +391,10 @@ class _ChartReader:
         """Report a name that the chart does not have; what has several is reported elsewhere."""
         if len(name.split()) != 1 or name in chart.state or name in chart.history:
             return
-        if name in self._nested:
+        if name == self._whole:
+            message = f"a transition to `{name}`, into all regions at once, is not carried over"
+            self._refuse(message, place, "send an event to which each region reacts")
+        elif name in self._nested and name not in self._refused:
             message = f"state `{name}` is inside {self._nested[name]}"
             self._refuse(f"{message}: it is active together with others", place, _FLATTEN)
         elif name not in self._refused:

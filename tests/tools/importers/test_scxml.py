@@ -357,12 +357,17 @@ def holds(guard: str, answers: dict[str, bool]) -> bool:
     [
         (
             '<state id="a"><transition target="b"/><parallel id="b"/></state>',
-            "state `b` is inside `a`: it is active together with others",
+            "`b` is a parallel state",
         ),
         (
             '<state id="a"><transition target="d"/></state>'
             '<state id="b"><parallel><state id="d"/></parallel></state>',
             "state `d` is inside a <parallel>: it is active together with others",
+        ),
+        (
+            '<parallel id="a"><state id="b"><transition event="e" target="a"/></state>'
+            '<state id="c"/></parallel>',
+            "a transition to `a`, into all regions at once, is not carried over",
         ),
     ],
 )
