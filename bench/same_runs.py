@@ -123,9 +123,9 @@ def scalars(node: Node) -> int:
 def extents(before: Path, now: Path, spec: str) -> Iterator[tuple[int, int]]:
     """Scalars and lines, before and now, of a specification and of its parts that have changed."""
     names = files(now / spec, now / "specs") - {Path(spec).relative_to("specs")}
-    pairs = [[root / "specs" / name for root in (before, now)] for name in names]
-    changed = [pair for pair in pairs if not filecmp.cmp(*pair, shallow=False)]
-    for found in zip([before / spec, now / spec], *changed, strict=True):
+    pairs = [(before / "specs" / name, now / "specs" / name) for name in names]
+    changed = [(old, new) for old, new in pairs if not filecmp.cmp(old, new, shallow=False)]
+    for found in zip((before / spec, now / spec), *changed, strict=True):
         texts = [file.read_text(encoding="utf-8") for file in found]
         yield (
             sum(scalars(YAML().compose(text)) for text in texts),
