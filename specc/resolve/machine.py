@@ -411,14 +411,22 @@ class MachineResolver:
         for state in states:
             first: dict[str, Condition] = {}
             for name, condition in state.behaviour.errors:
-                other = first.setdefault(name, condition)
-                if name and other is not condition and condition not in reported:
+                other = first.get(name)
+                if other is None:
+                    first[name] = condition
+                elif name and condition.when != FALSE and condition not in reported:
                     reported.add(condition)
-                    message = f"state `{state.name}` has two error conditions called `{name}`"
-                    related = (Related(other.place, "the other one"),)
-                    help = "rows name them: rename one of them"
-                    place = condition.place
-                    self._findings.report("E0205", message, place, related=related, help=help)
+                    self._report_name(state, name, other, condition)
+
+    def _report_name(self, state: State, name: str, other: Condition, condition: Condition) -> None:
+        message = f"state `{state.name}` has two error conditions called `{name}`"
+        place, related = condition.place, (Related(other.place, "the other one"),)
+        help = "rows name them: rename one of them"
+        if condition == other:
+            message = f"state `{state.name}` has the error condition `{name}` twice"
+            place, related = state.place, (Related(condition.place, "the error condition"),)
+            help = "leave it to the outermost mode that has it"
+        self._findings.report("E0205", message, place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
