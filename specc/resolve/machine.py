@@ -286,6 +286,9 @@ class MachineResolver:
     def _assignment(
         self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
     ) -> Assignment | None:
+        if "(" in target:
+            self._report_call(target, at)
+            return None
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
@@ -298,6 +301,14 @@ class MachineResolver:
         value = self.expressions.value(at["is"], item.value, scope, declared.type, declared.place)
         value = inlined(unknown_at(at, declared.type) if value is None else value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
+
+    def _report_call(self, target: str, at: YamlNode) -> None:
+        """Report brackets in a target: YAML reads a call with named arguments as a mapping."""
+        message, help = f"`{target}` is not a target", "name memory, or an output `y.peer.element`"
+        if ")" not in target:
+            name = target.partition("(")[0]
+            help = f'put a call with named arguments in quotes: `"{name}(parameter: value)"`'
+        self._findings.report("E0104", message, at.key, help=help)
 
     def _no_target(self, target: str, at: YamlNode) -> None:
         match target.split("."):
