@@ -286,6 +286,9 @@ class MachineResolver:
     def _assignment(
         self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
     ) -> Assignment | None:
+        if "(" in target:
+            self._report_call(target, at)
+            return None
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
@@ -298,6 +301,14 @@ class MachineResolver:
         value = self.expressions.value(at["is"], item.value, scope, declared.type, declared.place)
         value = inlined(unknown_at(at, declared.type) if value is None else value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
+
+    def _report_call(self, target: str, at: YamlNode) -> None:
+        """Report brackets in a target: YAML reads a call with named arguments as a mapping."""
+        message, help = f"`{target}` is not a target", "name memory, or an output `y.peer.element`"
+        if ")" not in target:
+            name = target.partition("(")[0]
+            help = f'put a call with named arguments in quotes: `"{name}(parameter: value)"`'
+        self._findings.report("E0104", message, at.key, help=help)
 
     def _no_target(self, target: str, at: YamlNode) -> None:
         match target.split("."):
@@ -411,14 +422,22 @@ class MachineResolver:
         for state in states:
             first: dict[str, Condition] = {}
             for name, condition in state.behaviour.errors:
-                other = first.setdefault(name, condition)
-                if name and other is not condition and condition not in reported:
+                other = first.get(name)
+                if other is None:
+                    first[name] = condition
+                elif name and condition.when != FALSE and condition not in reported:
                     reported.add(condition)
-                    message = f"state `{state.name}` has two error conditions called `{name}`"
-                    related = (Related(other.place, "the other one"),)
-                    help = "rows name them: rename one of them"
-                    place = condition.place
-                    self._findings.report("E0205", message, place, related=related, help=help)
+                    self._report_name(state, name, other, condition)
+
+    def _report_name(self, state: State, name: str, other: Condition, condition: Condition) -> None:
+        message = f"state `{state.name}` has two error conditions called `{name}`"
+        place, related = condition.place, (Related(other.place, "the other one"),)
+        help = "rows name them: rename one of them"
+        if condition == other:
+            message = f"state `{state.name}` has the error condition `{name}` twice"
+            place, related = state.place, (Related(condition.place, "the error condition"),)
+            help = "leave it to the outermost mode that has it"
+        self._findings.report("E0205", message, place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
