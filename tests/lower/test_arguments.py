@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from specc.emit import fill_templates
+from specc.lang import show
 from specc.lower import lower
 from specc.pipeline import compile_spec
 from tests.soundness.agreement import differences
@@ -127,3 +128,38 @@ def test_calls_are_one_method(tmp_path: Path) -> None:
     for proofs in (None, result.proofs):
         with built(result.system, proofs) as made:
             assert differences(expected, executed(made, None, 60)) == []
+
+
+HIDING = """\
+specc: 1.3
+system: calls
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      x: {two: {told: {type: int, init: 0}}}
+      memory: {n: {type: int, init: 0}}
+      behaviours:
+        go:
+          signature: "(k: int)"
+          functions: [{n: "min(n + x.two.told, 20)"}]
+          terminal: {when: "any(v >= k for v in [n, 5])"}
+      states:
+        up: "go(3 if any(v > 2 for v in [n, 1]) else 9)"
+        down: {functions: [{n: 0}], terminal: always}
+      initial_state: up
+      transitions: [[up, terminal, always, down], [down, terminal, always, up]]
+  two:
+    control: {rate: 10 Hz, y: {one: {told: int}}, through: {y.one.told: 1}}
+"""
+
+
+def test_an_argument_hides_no_variable(tmp_path: Path) -> None:
+    path = tmp_path / "calls.yaml"
+    path.write_text(HIDING, encoding="utf-8")
+    result = compile_spec(str(path))
+    assert result.ok, result.diagnostics
+    assert result.system is not None
+    one = result.system.subsystems[0]
+    ends = show(one.state("up").behaviour.terminal.when)
+    assert ends == "any(v >= (3 if any(v_2 > 2 for v_2 in [n, 1]) else 9) for v in [n, 5])"
