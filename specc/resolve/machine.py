@@ -194,7 +194,8 @@ class MachineResolver:
             help = "write it in the condition that it is about: `error: {name: {when: ...}}`"
             self._findings.report("E0104", message, at[key].key, help=help)
         if given.condition is not None or not given.named:
-            name = given.condition or ""
+            # A declared condition may have a name that has another meaning as a cause.
+            name = "" if given.condition in _CAUSES else given.condition or ""
             found.append((name, self._ending("error", owner, given, at, scope)))
         for name, item in given.named.items():
             self._check_name(name, at[name].key)
@@ -203,7 +204,7 @@ class MachineResolver:
 
     def _check_name(self, name: str, place: Place) -> None:
         """Report an error condition whose name has a meaning in rows."""
-        if name in ("error", "terminal"):
+        if name in _CAUSES:
             message = f"an error condition cannot be called `{name}`"
             meaning = "any error condition" if name == "error" else "the terminal condition"
             help = f"in rows `{name}` is {meaning}: choose another name"
@@ -557,6 +558,7 @@ _NO_PASSING = (
     "add elements to its device, or to both sides of its own, by the same names; a control "
     "subsystem has one side only, so write targets there"
 )
+_CAUSES = ("terminal", "error")
 _OF_ONE = frozenset(("when", *Traced.keys))
 """Keys of an error condition that has no name."""
 _NO_ERROR = ErrorDef(condition="never")
