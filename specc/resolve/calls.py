@@ -249,14 +249,14 @@ def _substituted(expr: Expr, arguments: Arguments, around: frozenset[str] = froz
     return map_children(expr, lambda part: _substituted(part, arguments, inside))
 
 
-def _with_other_variables(argument: Expr, taken: frozenset[str]) -> Expr:
+def _with_other_variables(argument: Expr, around: frozenset[str]) -> Expr:
     """An argument whose quantifiers hide none of the variables around its parameter."""
     own = {node.variable for node in walk(argument) if isinstance(node, Quantifier)}
-    if own.isdisjoint(taken):
+    if own.isdisjoint(around):
         return argument
     names = {
-        name: next(new for n in count(2) if (new := f"{name}_{n}") not in own | taken)
-        for name in own & taken
+        name: next(new for n in count(2) if (new := f"{name}_{n}") not in own | around)
+        for name in own & around
     }
 
     def renamed(part: Expr) -> Expr:
