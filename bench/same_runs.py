@@ -2,7 +2,7 @@
 
 The specifications of a revision, with the parts that they use, are compared with those of the
 working tree in runs of the same seeds, step by step. What modes remember is no memory of the
-specification. Scalars are all keys and values of the YAML.
+specification. Scalars are all keys and values of the YAML, with those of parts that have changed.
 
     python bench/same_runs.py REVISION                               the six of language 1.3
     python bench/same_runs.py REVISION specs/rovers.yaml --seeds 0:3 others
@@ -11,9 +11,11 @@ specification. Scalars are all keys and values of the YAML.
 from __future__ import annotations
 
 import argparse
+import filecmp
 import hashlib
 import io
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -106,7 +108,7 @@ def files(spec: Path, specs: Path) -> set[Path]:
     """A file and those of `specs/parts` that it names, and these name; relative to `specs`."""
     text, found = spec.read_text(encoding="utf-8"), {spec.relative_to(specs)}
     for part in (specs / "parts").glob("*.yaml"):
-        if part != spec and part.name in text:
+        if part != spec and re.search(rf"\b{part.name}", text):
             found |= files(part, specs)
     return found
 
@@ -118,11 +120,17 @@ def scalars(node: Node) -> int:
     return sum(map(scalars, node.value)) if isinstance(node, SequenceNode) else 1
 
 
-def extent(root: Path, spec: str) -> tuple[int, int]:
-    """Scalars and lines of a specification and of the parts that it uses."""
-    found = [root / "specs" / file for file in files(root / spec, root / "specs")]
-    texts = [file.read_text(encoding="utf-8") for file in found]
-    return sum(scalars(YAML().compose(text)) for text in texts), sum(t.count("\n") for t in texts)
+def extents(before: Path, now: Path, spec: str) -> Iterator[tuple[int, int]]:
+    """Scalars and lines, before and now, of a specification and of its parts that have changed."""
+    names = files(now / spec, now / "specs") - {Path(spec).relative_to("specs")}
+    pairs = [(before / "specs" / name, now / "specs" / name) for name in names]
+    changed = [(old, new) for old, new in pairs if not filecmp.cmp(old, new, shallow=False)]
+    for found in zip((before / spec, now / spec), *changed, strict=True):
+        texts = [file.read_text(encoding="utf-8") for file in found]
+        yield (
+            sum(scalars(YAML().compose(text)) for text in texts),
+            sum(t.count("\n") for t in texts),
+        )
 
 
 def steps(root: Path, spec: str, seed: int, seconds: float) -> list[str]:
@@ -185,12 +193,10 @@ def main() -> int:
                     print(f"{spec}, seed {seed}: {differs}", file=sys.stderr)
                 count, same = count + len(new), same + (not differs)
             wrong += len(seeds) - same
-            (old_scalars, old_lines), (new_scalars, new_lines) = (
-                extent(root, spec) for root in (before, now)
-            )
+            (old_scalars, old_lines), (new_scalars, new_lines) = extents(before, now, spec)
             fewer.append(100 * (1 - new_scalars / old_scalars))
-            extents = (old_scalars, new_scalars, f"{fewer[-1]:.1f} %", old_lines, new_lines, count)
-            rows.append((Path(spec).stem, *map(str, extents), f"{same} of {len(seeds)}"))
+            sizes = (old_scalars, new_scalars, f"{fewer[-1]:.1f} %", old_lines, new_lines, count)
+            rows.append((Path(spec).stem, *map(str, sizes), f"{same} of {len(seeds)}"))
     print(table(f"{median(fewer):.1f} % fewer scalars (median)", HEAD, rows))
     return wrong > 0
 

@@ -31,7 +31,7 @@ MAX_DISTURBANCES = 100
 MAX_SPAN_S = 600
 """Over which a temporal operator reaches: what a run must remember."""
 MAX_DEPTH = 64
-"""Levels of values, of types in types, and of files that use files."""
+"""Levels of values, of types in types, of modes in modes, and of files that use files."""
 MAX_FILES = 200
 """That one specification uses."""
 MAX_ENTRIES = 100_000

@@ -117,8 +117,14 @@ def _unused_parts(subsystem: Subsystem, watched: Set[str]) -> Iterator[Diagnosti
     uses = {label: [*map(_label, _direct_uses(part, named))] for label, part in parts.items()}
     used = reachable(map(_label, start), lambda label: uses.get(label, ()))
     left = {label: part for label, part in parts.items() if label not in used}
-    # Calls are there for what names them.
-    unused = {label: part for label, part in left.items() if not getattr(part, "generic", None)}
+    # Calls, and what the work cycle keeps for modes, are there for what names them.
+    unused = {
+        label: part
+        for label, part in left.items()
+        if not (
+            getattr(part, "generic", None) or (isinstance(part, (Let, Memory)) and "(" in label)
+        )
+    }
     edges = {label: set(uses[label]) for label in unused}
     yield from _unused_findings(
         "W0611", {label: _place(part) for label, part in unused.items()}, edges, _NONE

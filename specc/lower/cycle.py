@@ -422,8 +422,15 @@ class CycleWriter(Writer):
         self.assign(self._shared_parts(values))
         for parameter, given in pairs:
             self.nodes.name_hint = f"{activity.behaviour.name}_{_local_hint(parameter)}"
+            is_costly = any(
+                term.is_costly and term not in self.nodes.known for term in given.maybe_evaluated
+            )
             text = self.emit(given)
-            texts.append(f"lambda: {text}" if parameter in activity.deferred else text)
+            if parameter in activity.deferred:
+                text = f"lambda: {text}"
+                if is_costly:  # and the behaviour may ask for it more than once
+                    text = f"{self.module.imports.runtime_name('cache')}({text})"
+            texts.append(text)
         return texts
 
 

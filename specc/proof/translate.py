@@ -31,7 +31,9 @@ from specc.model.expr import (
     IsOneOf,
     LetRef,
     Logic,
+    MemoryRef,
     Nothing,
+    Number,
     Present,
     Quantifier,
     Truth,
@@ -91,6 +93,13 @@ class Translator:
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
         self._is_in_conditions = period_s is not None
         self.timer = Timer(self._numbering)
+        self._mode_timers: dict[LetRef, tuple[MemoryRef, Timer]] = {}
+        """`elapsed(mode)` -> the memory that counts its periods, and when conditions on it turn."""
+        for name, value in lets.items():
+            if name.startswith("elapsed("):
+                counter = MemoryRef(name.replace("elapsed", "periods", 1), type=Int())
+                timer = Timer(self._numbering, counter.name)
+                self._mode_timers[LetRef(name, type=value.type)] = counter, timer
         self._memo: dict[tuple[int, int], Formula] = {}
         self._split_formulas: dict[object, dict[int, Formula]] = {}
         for value in lets.values():
@@ -140,9 +149,9 @@ class Translator:
         return self._atomic(expr, bound)
 
     def _atomic(self, expr: Expr, bound: Depths) -> Formula:
-        turns = self.timer.turning_points(expr)
-        if turns is not None:
-            return self._timed(expr, turns)
+        timed = self._timed_formula(expr)
+        if timed is not None:
+            return timed
         match expr:
             case Fresh(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
@@ -171,27 +180,44 @@ class Translator:
         formula = self.make.atom(Atom(variable, test, expr, holds, unsure))
         return formula if holds else self.make.negation(formula)
 
-    def _timed(self, expr: Expr, turns: TurningPoints) -> Formula:
-        """A condition as questions about the number of periods that the state has lasted."""
+    def _timed_formula(self, expr: Expr) -> Formula | None:
+        """The formula of a condition that time in the state, or in one mode, decides alone."""
+        turns = self.timer.turning_points(expr)
+        if turns is not None:
+            periods = Quantity("periods", (), True, 1.0)
+            return self._timed(expr, turns, periods, partial(self.timer.elapsed_condition, "<"))
+        for elapsed, (counter, timer) in self._mode_timers.items():
+            if (turns := timer.turning_points(expr)) is not None:
+                periods = Quantity("value", (self._numbering.number(counter),), True, None)
+                return self._timed(expr, turns, periods, partial(self._before, elapsed, counter))
+        return None
+
+    def _before(self, elapsed: LetRef, counter: MemoryRef, turn: int) -> Expr:
+        """The condition that a mode has been active for fewer periods."""
+        step_s = self._numbering.exact_period_s
+        if step_s is None:
+            return Compare("<", counter, Number(turn, type=Int()), type=Bool())
+        limit = Number(float(turn * step_s), type=elapsed.type)
+        return Compare("<", elapsed, limit, type=Bool())
+
+    def _timed(
+        self, expr: Expr, turns: TurningPoints, periods: Quantity, before: Callable[[int], Expr]
+    ) -> Formula:
+        """A condition as questions about a number of periods; `before` shows one of several."""
         holds = turns.first == (len(turns.at) % 2 == 0)
         formula = self.make.constant(holds)
         for turn in reversed(turns.at):
             holds = not holds
-            condition = (
-                (expr, holds)
-                if len(turns.at) == 1
-                else (self.timer.elapsed_condition("<", turn), True)
-            )
-            periods = Quantity("periods", (), True, 1.0)
-            before = self.make.atom(Atom(periods, ("<", float(turn)), *condition))
-            formula = self.make.choice(before, self.make.constant(holds), formula)
+            shown = (expr, holds) if len(turns.at) == 1 else (before(turn), True)
+            earlier = self.make.atom(Atom(periods, ("<", float(turn)), *shown))
+            formula = self.make.choice(earlier, self.make.constant(holds), formula)
         return formula
 
     def _compare(self, comparison: Compare, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
-        turns = self.timer.turning_points(comparison)
-        if turns is not None:
-            return self._timed(comparison, turns)
+        timed = self._timed_formula(comparison)
+        if timed is not None:
+            return timed
         op, left, right = (
             comparison.op,
             self._resolve(comparison.left),

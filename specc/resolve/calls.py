@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import count
 from keyword import iskeyword
 from typing import Literal, TypeVar
 
@@ -15,7 +16,16 @@ from specc.diagnostics import Related
 from specc.lang import RESERVED, Declaration, ExprError, Scope, count_parts
 from specc.lang.calls import CallText, parse_call, usage
 from specc.lang.types import parameter_parts, parse_parameters
-from specc.model.expr import Call, Expr, ParameterRef, Unknown, map_children
+from specc.model.expr import (
+    BoundVariable,
+    Call,
+    Expr,
+    ParameterRef,
+    Quantifier,
+    Unknown,
+    map_children,
+    walk,
+)
 from specc.model.fsm import Behaviour, Condition, Function, Generic, Parameter
 from specc.model.types import Bool
 from specc.resolve.context import Meaning, TypeText, YamlNode
@@ -222,8 +232,11 @@ def _condition(condition: Condition, arguments: Arguments) -> Condition:
     return condition if when is condition.when else replace(condition, when=when)
 
 
-def _substituted(expr: Expr, arguments: Arguments) -> Expr:
-    """The expression with arguments in place of parameters; each part of it counts as written."""
+def _substituted(expr: Expr, arguments: Arguments, around: frozenset[str] = frozenset()) -> Expr:
+    """The expression with arguments in place of parameters; each part of it counts as written.
+
+    `around` are the variables of the quantifiers around it.
+    """
 
     def moved(part: Expr, span: tuple[int, int]) -> Expr:
         count_parts(1, *arguments.at.span)
@@ -231,8 +244,30 @@ def _substituted(expr: Expr, arguments: Arguments) -> Expr:
 
     count_parts(1, *arguments.at.span)
     if isinstance(expr, ParameterRef):
-        return moved(arguments.values[expr.name], expr.span)
-    return map_children(expr, lambda part: _substituted(part, arguments))
+        return moved(_with_other_variables(arguments.values[expr.name], around), expr.span)
+    inside = around | {expr.variable} if isinstance(expr, Quantifier) else around
+    return map_children(expr, lambda part: _substituted(part, arguments, inside))
+
+
+def _with_other_variables(argument: Expr, around: frozenset[str]) -> Expr:
+    """An argument whose quantifiers hide none of the variables around its parameter."""
+    own = {node.variable for node in walk(argument) if isinstance(node, Quantifier)}
+    if own.isdisjoint(around):
+        return argument
+    names = {
+        name: next(new for n in count(2) if (new := f"{name}_{n}") not in own | around)
+        for name in own & around
+    }
+
+    def renamed(part: Expr) -> Expr:
+        part = map_children(part, renamed)
+        if isinstance(part, BoundVariable):
+            return replace(part, name=names.get(part.name, part.name))
+        if isinstance(part, Quantifier):
+            return replace(part, variable=names.get(part.variable, part.variable))
+        return part
+
+    return renamed(argument)
 
 
 # The behaviours and functions of one subsystem that have parameters.

@@ -194,7 +194,8 @@ class MachineResolver:
             help = "write it in the condition that it is about: `error: {name: {when: ...}}`"
             self._findings.report("E0104", message, at[key].key, help=help)
         if given.condition is not None or not given.named:
-            name = given.condition or ""
+            # A declared condition may have a name that has another meaning as a cause.
+            name = "" if given.condition in _CAUSES else given.condition or ""
             found.append((name, self._ending("error", owner, given, at, scope)))
         for name, item in given.named.items():
             self._check_name(name, at[name].key)
@@ -203,7 +204,7 @@ class MachineResolver:
 
     def _check_name(self, name: str, place: Place) -> None:
         """Report an error condition whose name has a meaning in rows."""
-        if name in ("error", "terminal"):
+        if name in _CAUSES:
             message = f"an error condition cannot be called `{name}`"
             meaning = "any error condition" if name == "error" else "the terminal condition"
             help = f"in rows `{name}` is {meaning}: choose another name"
@@ -286,6 +287,9 @@ class MachineResolver:
     def _assignment(
         self, target: str, item: AssignmentDef, at: YamlNode, scope: Scope
     ) -> Assignment | None:
+        if "(" in target:
+            self._report_call(target, at)
+            return None
         found = self._targets.get(target)
         note_target(self._findings, target, at, self.where, found[2] if found else None)
         if found is None:
@@ -298,6 +302,14 @@ class MachineResolver:
         value = self.expressions.value(at["is"], item.value, scope, declared.type, declared.place)
         value = inlined(unknown_at(at, declared.type) if value is None else value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
+
+    def _report_call(self, target: str, at: YamlNode) -> None:
+        """Report brackets in a target: YAML reads a call with named arguments as a mapping."""
+        message, help = f"`{target}` is not a target", "name memory, or an output `y.peer.element`"
+        if ")" not in target:
+            name = target.partition("(")[0]
+            help = f'put a call with named arguments in quotes: `"{name}(parameter: value)"`'
+        self._findings.report("E0104", message, at.key, help=help)
 
     def _no_target(self, target: str, at: YamlNode) -> None:
         match target.split("."):
@@ -411,14 +423,22 @@ class MachineResolver:
         for state in states:
             first: dict[str, Condition] = {}
             for name, condition in state.behaviour.errors:
-                other = first.setdefault(name, condition)
-                if name and other is not condition and condition not in reported:
+                other = first.get(name)
+                if other is None:
+                    first[name] = condition
+                elif name and condition.when != FALSE and condition not in reported:
                     reported.add(condition)
-                    message = f"state `{state.name}` has two error conditions called `{name}`"
-                    related = (Related(other.place, "the other one"),)
-                    help = "rows name them: rename one of them"
-                    place = condition.place
-                    self._findings.report("E0205", message, place, related=related, help=help)
+                    self._report_name(state, name, other, condition)
+
+    def _report_name(self, state: State, name: str, other: Condition, condition: Condition) -> None:
+        message = f"state `{state.name}` has two error conditions called `{name}`"
+        place, related = condition.place, (Related(other.place, "the other one"),)
+        help = "rows name them: rename one of them"
+        if condition == other:
+            message = f"state `{state.name}` has the error condition `{name}` twice"
+            place, related = state.place, (Related(condition.place, "the error condition"),)
+            help = "leave it to the outermost mode that has it"
+        self._findings.report("E0205", message, place, related=related, help=help)
 
     def _elements(
         self, names: list[str], where: YamlNode, known: dict[str, _Exchanged], code: str, what: str
@@ -538,6 +558,7 @@ _NO_PASSING = (
     "add elements to its device, or to both sides of its own, by the same names; a control "
     "subsystem has one side only, so write targets there"
 )
+_CAUSES = ("terminal", "error")
 _OF_ONE = frozenset(("when", *Traced.keys))
 """Keys of an error condition that has no name."""
 _NO_ERROR = ErrorDef(condition="never")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Related
+from specc.limits import MAX_DEPTH
 from specc.model.expr import FALSE, TRUE, Binary, Expr, LetRef, Member, MemoryRef, Number, walk
 from specc.model.fsm import NEVER_LEFT, Assignment, Cause, Function, Trace
 from specc.model.system import Let, Memory
@@ -97,6 +98,18 @@ class ModeTree:
                     members.append(member)
                     self._place_in(member, name, at["states"][index])
             self.members[name] = tuple(dict.fromkeys(members))
+        self._cut_depth()
+
+    def _cut_depth(self) -> None:
+        """Report modes that are too deep in others, and take them out of these."""
+        depths = {name: len(self._around(name)) for name in self.members}
+        too_deep = [name for name, depth in depths.items() if depth and depth % MAX_DEPTH == 0]
+        for name in too_deep:
+            del self.parent[name]
+        if too_deep:
+            message = f"modes are more than {MAX_DEPTH} levels deep"
+            place = self.where["modes"][min(too_deep, key=depths.__getitem__)].key
+            self.findings.report("E0017", message, place, help="put fewer modes into one another")
 
     def is_known(self, name: str, at: YamlNode) -> bool:
         """Whether a text names a state or mode; reports if it does not."""
@@ -170,7 +183,8 @@ class ModeTree:
             initial, at = self.definition.modes[name].initial, self.where["modes"][name]["initial"]
             if initial is None or not self.is_known(initial, at):
                 continue
-            if name not in self.path(initial):
+            # A member that has no place there is reported already.
+            if name not in self.path(initial) and initial not in self.members[name]:
                 message = f"`{initial}` is not in mode `{name}`"
                 help = f"name a state or mode in it, e.g. `{self.members[name][0]}`"
                 if not self.members[name]:

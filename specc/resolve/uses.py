@@ -290,7 +290,7 @@ def named_in_agents(named: MentionedTypes, findings: Findings, path: str) -> fro
     constants = {
         f"constant {name}"
         for meaning in findings.meanings
-        if meaning.where.route[2:3] == ("with",) and meaning.where.file == path
+        if "with" in meaning.where.route[2:-1] and meaning.where.file == path
         for name in (m.constant_names(meaning.expr) if meaning.expr else ())
     }
     return frozenset(constants.union(*parts))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from specc.emit import fill_templates
+from specc.lang import show
 from specc.lower import lower
 from specc.pipeline import compile_spec
 from tests.soundness.agreement import differences
@@ -69,6 +70,43 @@ METHOD = '''\
         memory.n = min(memory.n + to, 99)
 '''
 
+COSTLY = """\
+specc: 1.3
+system: calls
+operators: {f: {signature: "(k: int) -> int", python: "operators_of_calls:f"}}
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      x: {two: {told: {type: int, init: 0}}}
+      memory: {n: {type: int, init: 0}, m: {type: int, init: 0}}
+      functions:
+        count:
+          signature: "(k: int)"
+          n: "min(k + k, 9) if x.two.told > 0 else 0"
+          m: "min(k, 9) if x.two.told > 1 else 0"
+      behaviours:
+        go: {signature: "(k: int)", functions: [count(k)], terminal: {when: "k > 2"}}
+      states: {first: go(f(n)), again: go(f(m) + f(n))}
+      initial_state: first
+      transitions: [[first, terminal, always, again], [again, terminal, always, first]]
+  two:
+    control: {rate: 10 Hz, y: {one: {told: int}}, through: {y.one.told: 1}}
+"""
+
+
+def test_a_costly_argument_is_computed_once(tmp_path: Path) -> None:
+    path = tmp_path / "calls.yaml"
+    path.write_text(COSTLY, encoding="utf-8")
+    result = compile_spec(str(path))
+    assert result.ok, result.diagnostics
+    assert result.system is not None
+    text = fill_templates(lower(result.system, result.proofs))["one_c.py"]
+    assert "next_n = min(get_k() + get_k(), 9) if x.two_told > 0 else 0" in text
+    given = [line.strip() for line in text.splitlines() if "self._go(" in line]
+    assert "self._go(cache(lambda: f(memory.m) + f_2))" in given
+    assert "self._go(cache(lambda: f(memory.n)))" in given
+
 
 def test_calls_are_one_method(tmp_path: Path) -> None:
     path = tmp_path / "calls.yaml"
@@ -90,3 +128,38 @@ def test_calls_are_one_method(tmp_path: Path) -> None:
     for proofs in (None, result.proofs):
         with built(result.system, proofs) as made:
             assert differences(expected, executed(made, None, 60)) == []
+
+
+HIDING = """\
+specc: 1.3
+system: calls
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      x: {two: {told: {type: int, init: 0}}}
+      memory: {n: {type: int, init: 0}}
+      behaviours:
+        go:
+          signature: "(k: int)"
+          functions: [{n: "min(n + x.two.told, 20)"}]
+          terminal: {when: "any(v >= k for v in [n, 5])"}
+      states:
+        up: "go(3 if any(v > 2 for v in [n, 1]) else 9)"
+        down: {functions: [{n: 0}], terminal: always}
+      initial_state: up
+      transitions: [[up, terminal, always, down], [down, terminal, always, up]]
+  two:
+    control: {rate: 10 Hz, y: {one: {told: int}}, through: {y.one.told: 1}}
+"""
+
+
+def test_an_argument_hides_no_variable(tmp_path: Path) -> None:
+    path = tmp_path / "calls.yaml"
+    path.write_text(HIDING, encoding="utf-8")
+    result = compile_spec(str(path))
+    assert result.ok, result.diagnostics
+    assert result.system is not None
+    one = result.system.subsystems[0]
+    ends = show(one.state("up").behaviour.terminal.when)
+    assert ends == "any(v >= (3 if any(v_2 > 2 for v_2 in [n, 1]) else 9) for v in [n, 5])"
