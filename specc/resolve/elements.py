@@ -138,8 +138,9 @@ def all_elements(
     buffer: BufferDef, at: YamlNode, direction: Literal["x", "y"], expressions: Expressions
 ) -> tuple[tuple[Element, ...], InterfaceRef | None]:
     """The elements of a buffer: those of its interface, if it is known, and its own."""
-    found = resolve_elements(buffer.own, at, expressions)
-    untyped = [name for name in buffer.elements if name not in buffer.own]
+    typed = buffer.own
+    found = resolve_elements(typed, at, expressions)
+    untyped = [name for name in buffer.elements if name not in typed]
     used = None
     if buffer.interface is not None:
         used = _elements_of(buffer.interface, at["is"], expressions)
@@ -180,8 +181,9 @@ def extended(
         if isinstance(buffer, InputBufferDef):
             help = "delete its `type` to say more of that one, or rename it"
         findings.report("E0205", message, element.place, related=related, help=help)
+    typed = buffer.own
     for name, item in buffer.elements.items():
-        if name in buffer.own:
+        if name in typed:
             continue
         if name not in known:
             findings.unknown("E0201", "element", name, known, at[name].key)

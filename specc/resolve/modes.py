@@ -278,18 +278,11 @@ class FlatTable:
                 is_legal = is_legal and self._is_outside(target.name, names, at["to"])
             elif not entered:
                 continue
-            for source, name in self._sources(names if is_legal else ()).items():
+            named = ((s, n) for n in names if is_legal for s in tree.states(n))
+            for source, name in named:
                 if item.cause in ("terminal", "error", *self.errors[source]):
                     row = self._between(index, source, item.cause, target, entered)
                     yield replace(row, source_mode="" if name == source else name)
-
-    def _sources(self, names: Collection[str]) -> dict[str, str]:
-        """The states of a row, each with the name by which the row has it."""
-        found: dict[str, str] = {}
-        for name in names:
-            for state in self.tree.states(name):
-                found.setdefault(state, name)
-        return found
 
     def _between(
         self, index: int, source: str, cause: Cause, target: Target, entered: str

@@ -275,7 +275,7 @@ class TransitionDef(Traced, row="from cause when to"):
         alias="from",
     )
     cause: Annotated[str, Text(Role("name", "error condition"), examples=("terminal", "error"))] = (
-        key(about="What ended it: `terminal`, `error`, or the name of an error condition.")
+        key(about="Which condition ended it: `terminal`, `error`, or the name of one.")
     )
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
         about="An initial condition, `always` or `otherwise`."

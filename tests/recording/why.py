@@ -18,7 +18,7 @@ from specc_runtime.system import System as Built
 
 from specc.lang.show import show
 from specc.model import expr as m
-from specc.model.fsm import OTHERWISE
+from specc.model.fsm import OTHERWISE, Condition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.types import File, Image, ListOf, Opaque, OptionalOf, Record, Type
 from tests.commands import ROOT
@@ -105,7 +105,7 @@ class Reference:
         found: dict[str, bool] = {}
         cause = ""
         for ending, condition in behaviour.endings:
-            found[f"{condition.kind} {condition.name}"] = self._truth(condition.when)
+            found[self._words(ending, condition)] = self._truth(condition.when)
             if self._truth(condition.when):
                 cause = ending
                 break
@@ -113,12 +113,22 @@ class Reference:
             return found
         row = machine.decide(self.now)
         for index, other in subsystem.rows(machine.state, cause):
-            text = f"row {other.source} {cause} {other.condition.name} -> {other.target}"
-            found[text] = index == row
+            if other.resumes and index != row:
+                continue  # the same row of the file, for another state that may have been left
+            found[f"row {other.label}"] = index == row
             assert other.condition.name == OTHERWISE or self._truth(other.condition.when) is (
                 index == row
             )
         return found
+
+    def _words(self, cause: str, condition: Condition) -> str:
+        """How a condition is named: by the cause that rows name, if there are several."""
+        subsystem = self.machine.subsystem
+        around = subsystem.state(self.machine.state).modes
+        modes = [m for m in subsystem.modes if m.name in around and cause in dict(m.errors)]
+        is_only = cause in ("terminal", "error")
+        words = f"{condition.kind} {condition.name}" if is_only else f"error {cause}"
+        return f"{words} of mode {modes[0].name}" if modes else words
 
     def _truth(self, expr: m.Expr) -> bool:
         return bool(value(expr, self.now))

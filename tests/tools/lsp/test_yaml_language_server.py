@@ -77,8 +77,8 @@ def test_says_what_is_wrong(client: Client, folder: Path) -> None:
     wait_for(client, uri, "type")
     client.change(uri, TEXT.replace("rate:", "rats:"))
     wait_for(client, uri, "rats")
-    client.change(uri, TEXT.replace("terminal", "finished"))
-    wait_for(client, uri, '"terminal"', '"error"')
+    client.change(uri, TEXT.replace("cause: terminal", "cause: [terminal]"))
+    wait_for(client, uri, "string")
     client.change(uri, TEXT)
     assert client.diagnostics(uri) == []
 
