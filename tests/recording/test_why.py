@@ -92,15 +92,16 @@ class Agreement:
         entered = next((i for i in range(stamp, 0, -1) if (lives[i].row or 0) >= 0 and i), 0)
         entered = entered if (lives[entered].row or 0) >= 0 else 0
         since_s = float(entered * period_s)
-        said = re.match(r".* \(stamp (\d+)\): in (\S+) since (\S+) s", text)
+        said = re.match(r".* \(stamp (\d+)\): in (\S+)((?: in \S+)*) since (\S+) s", text)
         assert said is not None, text
         assert (int(said[1]), said[2]) == (stamp, lives[stamp].state)
-        assert float(said[3].rstrip(",")) == pytest.approx(since_s, rel=1e-5, abs=1e-9), text
+        around = said[3].split(" in ")[:0:-1]
+        assert tuple(around) == subsystem.state(lives[stamp].state).modes
+        assert float(said[4].rstrip(",")) == pytest.approx(since_s, rel=1e-5, abs=1e-9), text
         row = lives[entered].row
         if entered and row is not None:
             taken = subsystem.transitions[row]
-            words = f"  by {taken.source} {taken.cause} {taken.condition.name} -> {taken.target}"
-            assert words in text.splitlines()[1]
+            assert f"  by {taken.label}" in text.splitlines()[1]
 
     def _check_values(
         self, seen: Seen, subsystem: Subsystem, reference: Reference, stamp: int
