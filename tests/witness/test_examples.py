@@ -155,7 +155,9 @@ def has_examples(system: System) -> None:
             assert again == found
 
 
-@pytest.mark.parametrize("examples", examples(6, 20))
+# Of few machines none may have an example by chance. Hypothesis draws constants of the modules that
+# are loaded, so that even the fixed machines depend on the tests before.
+@pytest.mark.parametrize("examples", examples(12, 20))
 def test_examples_of_random_machines(examples: int) -> None:
     settings(
         max_examples=examples,
