@@ -124,7 +124,8 @@ def _situation(
     written: Written, state: str, example: dict[str, tuple[bool | None, Value]], rng: Random
 ) -> tuple[Machine, dict[Key, Value], set[Key]]:
     """One in which the values of the example hold, and the rest is drawn."""
-    machine = Machine(written, state, periods=rng.randrange(1, 8))
+    # At some rates a time in a condition takes many periods.
+    machine = Machine(written, state, periods=rng.randrange(1, rng.choice((8, 60))))
     inputs: dict[Key, Value] = {("m", n): v for n, v in values(rng, STEADY).items()}
     fresh = set(inputs)
     if rng.random() < 0.8:
