@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -14,7 +14,7 @@ import pytest
 from specc.cli import main
 from specc.pipeline import compile_spec
 from specc.tools.explore.explorer import Exploration, explore
-from tests.seeds import Seeds, blocks
+from tests.seeds import blocks
 from tests.soundness.running import compiled
 
 CASES = sorted(Path(__file__).parent.glob("response/*.yaml"))
@@ -236,8 +236,9 @@ def told(seed: int, folder: Path) -> tuple[Twins, Exploration] | None:
     return twins, explore(result.proofs, 100_000)
 
 
-@pytest.mark.parametrize("seeds", blocks(range(40), long=20, each=100))
-def test_what_is_told_is_what_all_runs_do(seeds: Seeds, tmp_path: Path) -> None:
+# Of 20 fresh seeds one set in 59 has four kinds of verdicts only; none of 29 sets of 40.
+@pytest.mark.parametrize("seeds", blocks(range(40), long=40, each=100))
+def test_what_is_told_is_what_all_runs_do(seeds: Sequence[int], tmp_path: Path) -> None:
     kinds = set()
     for seed in seeds:
         made = told(seed, tmp_path)
@@ -251,4 +252,4 @@ def test_what_is_told_is_what_all_runs_do(seeds: Seeds, tmp_path: Path) -> None:
         assert judged.is_dead_end == (twins.is_breakable() and twins.has_dead_end()), seed
         assert (judged.verdict == "may be violated") == judged.is_dead_end, seed
         kinds.add((judged.verdict, twins.form))
-    assert len(kinds) >= 5 or seeds.are_fresh
+    assert len(kinds) >= 5
