@@ -25,7 +25,7 @@ from specc.model.expr import (
     has_unknown,
     negation,
 )
-from specc.model.fsm import Cause, Condition, State
+from specc.model.fsm import Cause, Condition, State, mode_name
 from specc.model.system import Constant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.proof import InputName, Prover, RowVerdict, Witness
@@ -122,12 +122,12 @@ class Machine:
         A period has passed in those around it, and none is in the first period after its entry.
         """
         lets = {let.name: let.value.type for let in self.subsystem.lets}
-        for name in (f"elapsed({mode})" for mode in self.subsystem.state(state).modes):
+        for name in (mode_name("elapsed", mode) for mode in self.subsystem.state(state).modes):
             if name in lets:
                 period = Number(float(1 / self.subsystem.rate_hz), type=lets[name])
                 yield Compare(">=", LetRef(name, type=lets[name]), period, type=Bool())
         memory = {item.name for item in self.subsystem.memory}
-        for name in (f"entered({mode.name})" for mode in self.subsystem.modes):
+        for name in (mode_name("entered", mode.name) for mode in self.subsystem.modes):
             if name in memory:
                 yield negation(MemoryRef(name, type=Bool()))
 

@@ -26,7 +26,7 @@ from specc.model.expr import (
     negation,
     walk,
 )
-from specc.model.fsm import Condition
+from specc.model.fsm import Condition, mode_of
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.proof import EvaluationPoint
@@ -263,8 +263,7 @@ def _unwritten(machine: Machine) -> Iterator[Diagnostic]:
         if item.name in unwritten:
             reading = [condition for condition, on in reads if item.name in on.memory]
             if reading:
-                if item.name.startswith("left("):
-                    mode = item.name.removeprefix("left(").removesuffix(")")
+                if mode := mode_of("left", item.name):
                     yield Diagnostic(
                         "W0623",
                         f"no row leaves mode `{mode}`, which is resumed",

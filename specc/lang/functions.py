@@ -34,6 +34,7 @@ from specc.model.expr import (
     Present,
     Quantifier,
 )
+from specc.model.fsm import mode_name
 from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector, point
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN, SECOND
 
@@ -184,7 +185,7 @@ def _pose_type(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
         return hint
     if hint is not None and not isinstance(hint, Pose):
         raise ctx.error(node, f"`{ctx.quote(node)}` is a pose; expected `{hint}`")
-    help = 'a type of its place gives its frames, e.g. `{type: "pose[A, B]", is: ...}`'
+    help = 'say its type, which has the frames, e.g. `{type: "pose[A, B]", is: ...}`'
     message = f"the frames of `{ctx.quote(node)}` are not known here"
     raise ctx.error(node, message, help, "E0317")
 
@@ -233,8 +234,8 @@ def mode_rule(name: Literal["elapsed", "entered"]) -> Rule:
             error = ctx.error(argument, f"`{ctx.quote(argument)}` is no mode", help, "E0201")
             raise error.set_repair(mode, near)
         if name == "elapsed":
-            return LetRef(f"elapsed({mode})", type=Real(SECOND), span=span(node))
-        return MemoryRef(f"entered({mode})", type=Bool(), span=span(node))
+            return LetRef(mode_name("elapsed", mode), type=Real(SECOND), span=span(node))
+        return MemoryRef(mode_name("entered", mode), type=Bool(), span=span(node))
 
     return rule
 

@@ -22,7 +22,7 @@ from specc.lower.names import (
 from specc.lower.nodes import Emitter, number
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Trace, Transition
+from specc.model.fsm import Behaviour, Condition, Trace, Transition, mode_name
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.types import Type
 
@@ -284,7 +284,7 @@ def _written_row(row: Transition) -> tuple[str, ...]:
 def _timers(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
     """State and the memory elements that count the periods of its modes."""
     for state in subsystem.states:
-        names = (f"periods({mode})" for mode in state.modes)
+        names = (mode_name("periods", mode) for mode in state.modes)
         counters = tuple(module.memory[name] for name in names if name in module.memory)
         if counters:
             yield literal(state.name), literal(counters)

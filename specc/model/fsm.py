@@ -221,6 +221,21 @@ class Mode:
     place: Place
 
 
+ModeAspect = Literal["elapsed", "periods", "entered", "left"]
+"""What is known of a mode: `elapsed(mode)` is a let, the others are memory."""
+
+
+def mode_name(aspect: ModeAspect, mode: str) -> str:
+    """The name of that let or memory element, which no file can give to one of its own."""
+    return f"{aspect}({mode})"
+
+
+def mode_of(aspect: ModeAspect, name: str) -> str:
+    """The mode of such a name; "" for every other name."""
+    begin = f"{aspect}("
+    return name[len(begin) : -1] if name.startswith(begin) else ""
+
+
 @dataclass(frozen=True, slots=True)
 class Transition:
     """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`.

@@ -33,6 +33,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
+from specc.model.fsm import mode_of
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
 from specc.proof.numbering import Numbering
@@ -48,7 +49,7 @@ ELAPSED = Clock("elapsed", type=Real(SECOND))
 def asks_entry(expr: Expr) -> bool:
     """Whether it asks for the first period in a state or mode: no condition is evaluated there."""
     if isinstance(expr, MemoryRef):
-        return expr.name.startswith("entered(")
+        return bool(mode_of("entered", expr.name))
     return isinstance(expr, Clock) and expr.name == "entered"
 
 

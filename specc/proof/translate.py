@@ -39,6 +39,7 @@ from specc.model.expr import (
     Truth,
     Unary,
 )
+from specc.model.fsm import mode_name, mode_of
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Type, Vector
 from specc.proof.clock import Timer, TurningPoints, asks_entry
 from specc.proof.formula import (
@@ -96,8 +97,8 @@ class Translator:
         self._mode_timers: dict[LetRef, tuple[MemoryRef, Timer]] = {}
         """`elapsed(mode)` -> the memory that counts its periods, and when conditions on it turn."""
         for name, value in lets.items():
-            if name.startswith("elapsed("):
-                counter = MemoryRef(name.replace("elapsed", "periods", 1), type=Int())
+            if mode := mode_of("elapsed", name):
+                counter = MemoryRef(mode_name("periods", mode), type=Int())
                 timer = Timer(self._numbering, counter.name)
                 self._mode_timers[LetRef(name, type=value.type)] = counter, timer
         self._memo: dict[tuple[int, int], Formula] = {}

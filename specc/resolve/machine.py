@@ -489,9 +489,22 @@ class MachineResolver:
             trace = trace_of(self.definition.transitions[row.index])
             place = table[row.index].place
             is_return = bool(row.remembered) and NEVER_LEFT not in row.remembered
-            modes = row.resumes, is_return, memory.sets(row), row.source_mode, row.target_mode
-            rest = condition, row.target, trace, place, is_remainder, *modes
-            rows.append(Transition(row.source, row.cause, *rest))
+            rows.append(
+                Transition(
+                    row.source,
+                    row.cause,
+                    condition,
+                    row.target,
+                    trace,
+                    place,
+                    is_otherwise=is_remainder,
+                    resumes=row.resumes,
+                    is_return=is_return,
+                    sets=memory.sets(row),
+                    source_mode=row.source_mode,
+                    target_mode=row.target_mode,
+                )
+            )
         remembered = [row.remembered for row in memory.table.rows]
         complete = zip(_with_remainders(rows), remembered, strict=True)
         return tuple([_where_left(row, states, memory) for row, states in complete])

@@ -15,7 +15,7 @@ from fractions import Fraction
 from specc.diagnostics import Related
 from specc.limits import MAX_DEPTH
 from specc.model.expr import FALSE, TRUE, Binary, Expr, LetRef, Member, MemoryRef, Number, walk
-from specc.model.fsm import NEVER_LEFT, Assignment, Cause, Function, Trace
+from specc.model.fsm import NEVER_LEFT, Assignment, Cause, Function, Trace, mode_name
 from specc.model.system import Let, Memory
 from specc.model.types import Bool, Enum, Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, parse_unit
@@ -401,17 +401,16 @@ class ModeMemory:
         """What the expressions of a subsystem, and rows that resume modes, ask for."""
         nodes = (node for expr in exprs for node in walk(expr))
         named = {node.name for node in nodes if isinstance(node, (LetRef, MemoryRef))}
-        timed, watched = (
-            tuple(mode for mode in table.tree.definition.modes if f"{name}({mode})" in named)
-            for name in ("elapsed", "entered")
-        )
+        modes = table.tree.definition.modes
+        timed = tuple(mode for mode in modes if mode_name("elapsed", mode) in named)
+        watched = tuple(mode for mode in modes if mode_name("entered", mode) in named)
         return cls(table, timed, watched)
 
     def lets(self, rate_hz: Fraction) -> Iterator[Let]:
         """`elapsed(mode)` of each mode whose time is asked for."""
         for mode in self.timed:
             place = self.table.tree.where["modes"][mode].key
-            periods: Expr = MemoryRef(f"periods({mode})", type=Int())
+            periods: Expr = MemoryRef(mode_name("periods", mode), type=Int())
             # A quotient of whole numbers is rounded once: 3 periods at 10 Hz are 0.3 s.
             seconds = Real(SECOND)
             if rate_hz.denominator > 1:
@@ -420,7 +419,7 @@ class ModeMemory:
             rate = Number(float(rate_hz.numerator), type=Real(parse_unit("Hz")))
             elapsed = Binary("/", periods, rate, type=seconds)
             title = f"time for which mode {mode} has been active"
-            yield Let(f"elapsed({mode})", elapsed, title, Trace(), place)
+            yield Let(mode_name("elapsed", mode), elapsed, title, Trace(), place)
 
     def elements(self, initial_state: str) -> Iterator[Memory]:
         """The memory elements, with their values in the first period."""
@@ -430,11 +429,11 @@ class ModeMemory:
             rest = Trace(), place
             if mode in self.timed:
                 title = f"periods that passed while mode {mode} was active"
-                yield Memory(f"periods({mode})", Int(), _ZERO, title, *rest)
+                yield Memory(mode_name("periods", mode), Int(), _ZERO, title, *rest)
             if mode in self.watched:
                 title = f"whether mode {mode} was entered in this period"
                 is_first = TRUE if mode in tree.path(initial_state) else FALSE
-                yield Memory(f"entered({mode})", Bool(), is_first, title, *rest)
+                yield Memory(mode_name("entered", mode), Bool(), is_first, title, *rest)
             if self.table.history.get(mode):
                 title = f"the state that was active when mode {mode} was left"
                 last = self.last_state(mode)
@@ -443,13 +442,13 @@ class ModeMemory:
 
     def last_state(self, mode: str) -> MemoryRef:
         """`left(mode)`: the state that a row left last when it left the mode."""
-        return MemoryRef(f"left({mode})", type=Enum("", self.table.history[mode]))
+        return MemoryRef(mode_name("left", mode), type=Enum("", self.table.history[mode]))
 
     def sets(self, row: FlatRow) -> tuple[tuple[str, Expr], ...]:
         """What a row sets."""
         found: list[tuple[str, Expr]] = []
-        found += ((f"periods({mode})", _ZERO) for mode in row.enters if mode in self.timed)
-        found += ((f"entered({mode})", TRUE) for mode in row.enters if mode in self.watched)
+        found += ((mode_name("periods", mode), _ZERO) for mode in row.enters if mode in self.timed)
+        found += ((mode_name("entered", mode), TRUE) for mode in row.enters if mode in self.watched)
         for mode in row.leaves:
             if mode in self.table.history:
                 last = self.last_state(mode)
@@ -462,11 +461,11 @@ class ModeMemory:
         for mode in self.table.tree.path(state):
             rest = Trace(), place
             if mode in self.timed:
-                periods = MemoryRef(f"periods({mode})", type=Int())
+                periods = MemoryRef(mode_name("periods", mode), type=Int())
                 more = Binary("+", periods, Number(1, type=Int()), type=Int())
                 found.append(Assignment("", periods.name, more, *rest))
             if mode in self.watched:
-                found.append(Assignment("", f"entered({mode})", FALSE, *rest))
+                found.append(Assignment("", mode_name("entered", mode), FALSE, *rest))
         return Function("modes", tuple(found), "", Trace(), place) if found else None
 
 

@@ -12,6 +12,7 @@ from specc.lang.kinds import kind
 from specc.lang.values import Fields, Value
 from specc.model import expr as m
 from specc.model.expr import LazyByDependence
+from specc.model.fsm import mode_name, mode_of
 from specc.model.types import (
     Bool,
     Pose,
@@ -289,8 +290,9 @@ def _describe(about: Sequence[m.Expr], meaning: Interpreter, at: Situation) -> I
 
 def _time_of_mode(memory: str, meaning: Interpreter) -> m.Expr | None:
     """`elapsed(mode)`, if a memory element has the periods of the mode."""
-    name = memory.replace("periods(", "elapsed(", 1)
-    time = meaning.lets.get(name) if name != memory else None
+    mode = mode_of("periods", memory)
+    name = mode_name("elapsed", mode)
+    time = meaning.lets.get(name) if mode else None
     return m.LetRef(name, type=time.type) if time else None
 
 

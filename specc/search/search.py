@@ -16,7 +16,7 @@ from specc.lang.kinds import first_value, kind, other_values
 from specc.lang.values import SIGNS, Fields, Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr
-from specc.model.fsm import Cause
+from specc.model.fsm import Cause, mode_of
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.search.situation import (
@@ -253,7 +253,7 @@ class Inverter:
         """Values of a side that are in a relation to the other side's."""
         sort = kind(side.type).sort
         is_time = isinstance(side, m.Clock) or (
-            isinstance(side, m.LetRef) and side.name.startswith("elapsed(")
+            isinstance(side, m.LetRef) and bool(mode_of("elapsed", side.name))
         )
         if is_time and sort == "real":
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)

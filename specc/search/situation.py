@@ -13,6 +13,7 @@ from specc.lang.kinds import first_value, kind
 from specc.lang.values import Value, is_close
 from specc.model import expr as m
 from specc.model.expr import Expr, LazyByDependence, negation
+from specc.model.fsm import mode_of
 from specc.model.system import Subsystem, System
 from specc.model.types import (
     Bool,
@@ -209,10 +210,10 @@ class Interpreter:
             "period": self.period_s,
         }
         memory = at.memory
-        if at.periods and any(name.startswith("entered(") for name in memory):
+        if at.periods:
             # As for `entered` of the state, this is not a mode's first period any more.
-            no_entry = {name: False for name in memory if name.startswith("entered(")}
-            memory = {**memory, **no_entry}
+            no_entry = {name: False for name in memory if mode_of("entered", name)}
+            memory = {**memory, **no_entry} if no_entry else memory
         operators = {name: partial(self._call, at, name) for name in self.results}
         env = Environment(
             inputs=inputs,

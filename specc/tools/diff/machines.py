@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from specc.lang import show
 from specc.model.expr import FALSE
-from specc.model.fsm import Behaviour, Cause, Condition, Mode, State, Trace, Transition
+from specc.model.fsm import Behaviour, Cause, Condition, Mode, State, Trace, Transition, mode_name
 from specc.model.system import Subsystem
 from specc.reachable import grouped
 from specc.source import Place
@@ -143,7 +143,7 @@ class MachineDiff:
         versions = [{mode.name: mode for mode in s.modes} for s in (old, new)]
         remembered = _memory(old) & _memory(new)
         for part, one, other in self.log.pair("mode", versions, _states, semantic=False):
-            counts = {f"periods({one.name})", f"entered({one.name})"}
+            counts = {mode_name("periods", one.name), mode_name("entered", one.name)}
             is_counted = not counts.isdisjoint(remembered)
             if {*one.states} != {*other.states}:
                 part.changed("states", _states(one), _states(other), semantic=is_counted)

@@ -19,7 +19,7 @@ from specc.analysis.rates import base_tick
 from specc.analysis.reads import Dependences, texts
 from specc.model import expr as m
 from specc.model import requirement as r
-from specc.model.fsm import State
+from specc.model.fsm import State, mode_name
 from specc.model.system import Subsystem
 from specc.model.types import Enum
 from specc.proof import InputName
@@ -328,7 +328,7 @@ class Abstraction:
             )
             for key, element in subsystem.inputs.items()
         )
-        timers = {f"periods({mode.name})" for mode in subsystem.modes}
+        timers = {mode_name("periods", mode.name) for mode in subsystem.modes}
         memory = tuple(
             ConeMemory(item.name, item.type, item.init, within.get(item.name), item.name in timers)
             for item in subsystem.memory

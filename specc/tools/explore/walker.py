@@ -13,6 +13,7 @@ from itertools import product
 from specc.analysis.reads import Dependence
 from specc.model import expr as m
 from specc.model.expr import conjuncts, negation
+from specc.model.fsm import mode_of
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, InputUse, renamed
@@ -282,7 +283,7 @@ class Walker:
             if not key[0]:
                 answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
-                mode = key[1].removeprefix("periods(").removesuffix(")")
+                mode = mode_of("periods", key[1])
                 free += (f"how long `{mode}` has lasted" if timer else f"what `{key[1]}` is",)
                 if self.cone.is_measured(value):
                     self.measured_choices.add(free[-1])

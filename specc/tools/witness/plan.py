@@ -17,7 +17,7 @@ from specc.analysis import Facts
 from specc.analysis.definite_assignment import always_present
 from specc.analysis.graph import TransitionPath, paths
 from specc.analysis.reads import Dependences
-from specc.model.fsm import Transition
+from specc.model.fsm import Transition, mode_name
 from specc.model.system import Subsystem
 from specc.proof import InputName, freshness, presence
 from specc.search import (
@@ -386,7 +386,7 @@ class Driver:
         """The memory that counts periods while a state lasts."""
         modes = self._subsystem.state(state).modes if state else ()
         known = {item.name for item in self._subsystem.memory}
-        return frozenset(f"periods({mode})" for mode in modes) & known
+        return frozenset(mode_name("periods", mode) for mode in modes) & known
 
     def find_situation_anywhere(
         self, at: Situation, goals: Sequence[Goal], state: str
