@@ -67,7 +67,7 @@ class TaggedDiagram:
         self.groups: dict[str, str] = {}
         self._diagram = diagram
         self._prefix = _id_text(prefix)
-        self._taken: set[str] = set()
+        self._ids: set[str] = set()
         arcs = [(arc, self._arc(arc)) for arc in diagram.arcs]
         leaving = grouped((arc.tail, tag.id) for arc, tag in arcs)
         self._beside = {
@@ -120,10 +120,10 @@ class TaggedDiagram:
         """An id for a name; of names that differ in other characters only, later ones get more."""
         id = stem = f"{self._prefix}-{_id_text(name)}"
         number = 1
-        while id in self._taken:
+        while id in self._ids:
             number += 1
             id = f"{stem}-{number}"
-        self._taken.add(id)
+        self._ids.add(id)
         return id
 
 
