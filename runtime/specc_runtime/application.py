@@ -51,6 +51,8 @@ def execute(options: Options, page: Page | None = None) -> int:
             attempt.run()
         except (UsageError, PlantError) as error:
             say(f"error: {error}")
+            if page is not None:
+                page.refuse(str(error))
             return WRONG_USAGE
         interruption.allow(always=False)
         report = attempt.report()
@@ -245,11 +247,16 @@ class _Attempt:
     def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
         """What records the run, if anything does."""
         options = self._options
-        if options.record is None:
+        if options.record is None and options.snapshots is None:
             return None
-        from specc_runtime.recording.recorder import Recorder
+        from specc_runtime.recording.recorder import Recorder, SnapshotRecorder
 
-        recorder = Recorder(options, system, plant, self._clock, begin_s)
+        recorder: SnapshotRecorder
+        if options.record is not None:
+            recorder = Recorder(options, system, plant, self._clock, begin_s)
+        else:
+            assert options.snapshots is not None
+            recorder = SnapshotRecorder(options.snapshots, options, system, self._clock, begin_s)
         self._companions.append(recorder)
         return recorder
 

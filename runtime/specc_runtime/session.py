@@ -93,7 +93,9 @@ class Session:
             system,
             plant,
             (*own, *self._account.observers, *([] if feed is None else [feed])),
-            onlooker=self._account.onlooker(system, plant, recorder),
+            onlooker=self._account.onlooker(
+                system, plant, recorder if recorder and recorder.is_whole else None
+            ),
             inline=options.inline,
             clock=clock,
             timing=self._timing,

@@ -39,6 +39,8 @@ class Page:
         """`descriptor` is a socket whose other end the server has."""
         self.restart: Restart | None = None
         """The run that is asked for instead of the present one."""
+        self.has_begun = False
+        """Whether there ever was a run."""
         self.control = Control(speed)
         self._is_quitting = False
         self._wanted = Event()
@@ -69,6 +71,8 @@ class Page:
 
         self.restart, self._real_time, self._end_run = None, options.real_time, end_run
         self._wanted.clear()
+        self.control.go_on()
+        self.control.hurries_until_s = options.resume[1] if options.resume else 0.0
         self._system = system
         subsystems = {s.subsystem.name: s.subsystem for s in system.subsystems}
         requirements = system.requirements.requirements if system.requirements else ()
@@ -82,7 +86,7 @@ class Page:
         """The run is about to begin, or to go on."""
         if self._feed is not None:
             self._feed.begin(run)
-            self._run = run
+            self._run, self.has_begun = run, True
 
     def end(self, report: Mapping[str, Any], exit_code: int) -> None:
         """The run is over."""
@@ -193,6 +197,7 @@ class Page:
     def _leave(self) -> None:
         self._wanted.set()
         self._end_run()
+        self.control.go_on()
 
     def _refuse_in_real_time(self, what: str) -> None:
         if self._real_time:
