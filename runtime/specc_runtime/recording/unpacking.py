@@ -14,7 +14,8 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 
 from specc_runtime.recording.budget import Budget
 
-_FRAME, _MESSAGE = Struct("<BQ"), Struct("<HIQQ")
+_FRAME, MESSAGE = Struct("<BQ"), Struct("<HIQQ")
+"""Beginning of a record, and of the content of a message: channel, number, times in ns."""
 
 
 def unpacked_chunk(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
@@ -23,29 +24,41 @@ def unpacked_chunk(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
     Raises Unusable if the budget is exceeded. A damaged chunk raises ValueError or an error of
     the libraries.
     """
-    plain = _plain(chunk, budget)
+    plain = plain_chunk(chunk, budget)
+    for kind, begin, end in records_within(plain):
+        if kind == Opcode.MESSAGE and end - begin >= MESSAGE.size:
+            channel, sequence, log, publish = MESSAGE.unpack_from(plain, begin)
+            data = plain[begin + MESSAGE.size : end]
+            budget.decode(data)
+            yield Message(channel, log, data, publish, sequence)
+        elif found := form_of(kind, plain[begin:end], budget):
+            yield found
+
+
+def records_within(plain: bytes) -> Iterator[tuple[int, int, int]]:
+    """The kind of each record of an unpacked chunk, and where its content begins and ends."""
     begin, size = 0, len(plain)
     while begin + _FRAME.size <= size:
         kind, length = _FRAME.unpack_from(plain, begin)
         begin += _FRAME.size
         if begin + length > size:
             return
-        if kind == Opcode.MESSAGE and length >= _MESSAGE.size:
-            channel, sequence, log, publish = _MESSAGE.unpack_from(plain, begin)
-            data = plain[begin + _MESSAGE.size : begin + length]
-            budget.decode(data)
-            yield Message(channel, log, data, publish, sequence)
-        else:
-            budget.record(kind, length)
-            if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
-                budget.keep(length)
-                made = Schema if kind == Opcode.SCHEMA else Channel
-                stream = BytesIO(plain[begin : begin + length])
-                yield made.read(ReadDataStream(stream))
+        yield kind, begin, begin + length
         begin += length
 
 
-def _plain(chunk: Chunk, budget: Budget) -> bytes:
+def form_of(kind: int, content: bytes, budget: Budget) -> Schema | Channel | None:
+    """The schema or channel in a record; None if it is another one. Raises as `unpacked_chunk`."""
+    budget.record(kind, len(content))
+    if kind not in (Opcode.SCHEMA, Opcode.CHANNEL):
+        return None
+    budget.keep(len(content))
+    made = Schema if kind == Opcode.SCHEMA else Channel
+    return made.read(ReadDataStream(BytesIO(content)))
+
+
+def plain_chunk(chunk: Chunk, budget: Budget) -> bytes:
+    """The content of a chunk; raises as `unpacked_chunk` does."""
     plain: bytes = chunk.data
     if chunk.compression == "zstd":
         size = chunk.uncompressed_size
