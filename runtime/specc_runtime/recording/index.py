@@ -10,20 +10,14 @@ decoding two messages for a machine.
 
 from __future__ import annotations
 
-import os
 from array import array
 from bisect import bisect_right
 from collections import defaultdict, deque
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from io import BytesIO
 from math import inf
 from pathlib import Path
 from typing import IO, Any, NamedTuple
-
-from mcap.data_stream import ReadDataStream
-from mcap.opcode import Opcode
-from mcap.records import Chunk, McapRecord
 
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.budget import Budget, Unusable
@@ -35,10 +29,17 @@ from specc_runtime.recording.messages import (
     simulated_s,
     step_of,
 )
-from specc_runtime.recording.reading import Channel, Message, Metadata, RecordFile, Schema
-from specc_runtime.recording.spans import FRAME, LARGEST_BYTES
+from specc_runtime.recording.reading import (
+    Channel,
+    Chunk,
+    McapRecord,
+    Message,
+    Metadata,
+    RecordFile,
+    Schema,
+)
 from specc_runtime.recording.steps import STEP_SCHEMA
-from specc_runtime.recording.unpacking import MESSAGE, form_of, plain_chunk, records_within
+from specc_runtime.recording.unpacking import Inside, content_at, plain_chunk, records_within
 
 EARLIER_S = 1e-6
 """A time that is earlier than another by no more than this is the same one."""
@@ -178,7 +179,7 @@ class Index:
                 if isinstance(record, Chunk):
                     plain = plain_chunk(record, reading.budget)
                 else:
-                    plain = self._plain(place, reading.budget)
+                    plain = self._content(place, reading.budget)
                 self._skim(place, plain)
             except Unusable:
                 raise
@@ -205,12 +206,11 @@ class Index:
         budget, channels = self.reading.budget, self._channels
         number, seen = len(self._places), set[int]()
         self._places.append(place)
-        for kind, begin, end in records_within(plain):
-            if kind != Opcode.MESSAGE or end - begin < MESSAGE.size:
-                if form := form_of(kind, plain[begin:end], budget):
-                    self._form(form)
+        for found in records_within(plain, budget):
+            if not isinstance(found, Inside):
+                self._form(found)
                 continue
-            channel, _, log_ns, _ = MESSAGE.unpack_from(plain, begin)
+            channel, _, log_ns, _, begin, end = found
             budget.skim(end - begin)
             if (known := channels.get(channel)) is None:
                 continue
@@ -222,7 +222,7 @@ class Index:
                 topic.chunks.append(number)
                 topic.firsts_s.append(max(time_s, topic.firsts_s[-1] if topic.firsts_s else -inf))
             if changes is not None:
-                self._step(topic, changes, time_s, (plain, begin + MESSAGE.size, end))
+                self._step(topic, changes, time_s, (plain, begin, end))
 
     def _step(
         self, topic: Topic, changes: Changes, time_s: float, text: tuple[bytes, int, int]
@@ -296,28 +296,19 @@ class Index:
             if known is not None and known[0].name in names
         }
         try:
-            plain = self._plain(self._places[chunk], budget)
+            plain = self._content(self._places[chunk], budget)
         except Unusable:
             raise
         except Exception as error:  # the file was another one when it was indexed
             raise Unusable(f"{self.path} has changed since it was opened") from error
-        for kind, begin, end in records_within(plain):
-            if kind == Opcode.MESSAGE and end - begin >= MESSAGE.size:
-                channel, _, log_ns, _ = MESSAGE.unpack_from(plain, begin)
-                if channel in wanted:
-                    yield wanted[channel], log_ns / 1e9, plain[begin + MESSAGE.size : end]
+        for found in records_within(plain, budget):
+            if isinstance(found, Inside) and found.channel in wanted:
+                text = plain[found.begin : found.end]
+                yield wanted[found.channel], found.log_ns / 1e9, text
 
-    def _plain(self, place: int, budget: Budget) -> bytes:
-        """The content of the chunk at a place of the file, or the record there as it is."""
+    def _content(self, place: int, budget: Budget) -> bytes:
         assert self._file is not None
-        descriptor = self._file.fileno()
-        kind, length = FRAME.unpack(head := os.pread(descriptor, FRAME.size, place))
-        if length > LARGEST_BYTES:
-            raise ValueError("no record")
-        content = os.pread(descriptor, length, place + FRAME.size)
-        if kind != Opcode.CHUNK:
-            return head + content
-        return plain_chunk(Chunk.read(ReadDataStream(BytesIO(content))), budget)
+        return content_at(self._file, place, budget)
 
 
 def wrong(path: Path, topic: str, time_s: float, error: Misshapen) -> Unusable:

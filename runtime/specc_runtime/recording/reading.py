@@ -34,6 +34,8 @@ from specc_runtime.report import RECORDING, check_writable
 __all__ = [
     "Attachment",
     "Channel",
+    "Chunk",
+    "McapRecord",
     "Message",
     "Metadata",
     "RecordFile",
