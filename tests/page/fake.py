@@ -73,7 +73,7 @@ class FakeRun:
         return connection.getresponse()
 
     @contextmanager
-    def browser(self, origin: str | None = "", cookie: str | None = None) -> Iterator[Browser]:
+    def visit(self, origin: str | None = "", cookie: str | None = None) -> Iterator[Visitor]:
         """A WebSocket of a page."""
         url = f"ws://127.0.0.1:{self.port}/ws"
         origin = f"http://127.0.0.1:{self.port}" if origin == "" else origin
@@ -81,11 +81,11 @@ class FakeRun:
         with connect(
             url, origin=origin, additional_headers=headers, max_size=None, compression=None
         ) as own:
-            yield Browser(own)
+            yield Visitor(own)
 
 
 @dataclass
-class Browser:
+class Visitor:
     """A page that is connected."""
 
     connection: ClientConnection
@@ -138,6 +138,7 @@ def fake_run(spec: str, options: Sequence[str] = (), begins: bool = True) -> Ite
             run.begin()
         yield run
     finally:
+        own.shutdown(socket.SHUT_RDWR)
         own.close()
         try:
             assert process.wait(20) == 0

@@ -22,40 +22,50 @@ from specc.tools.graph.structure import structure
 
 @dataclass(frozen=True, slots=True)
 class MachinePicture:
-    """The states of a subsystem as SVG, and the ids in it."""
+    """The states of a subsystem, and the ids in its SVG."""
 
-    svg: str
+    drawing: TaggedDiagram
     states: Mapping[str, str]
     rows: tuple[str, ...]
     """In the order of the transitions; those that one arc stands for have the same id."""
     modes: Mapping[str, str]
 
+    @property
+    def svg(self) -> str:
+        """The SVG, drawn now. Raises Refused."""
+        return self.drawing.draw()
+
 
 @dataclass(frozen=True, slots=True)
 class StructurePicture:
-    """The structure of a system as SVG, and the ids in it. Copies of a part have the same id."""
+    """The structure of a system, and the ids in its SVG. Copies of a part have the same id."""
 
-    svg: str
+    drawing: TaggedDiagram
     parts: Mapping[str, str]
     """Of subsystems and devices, by qualified names."""
     arcs: Mapping[tuple[str, str], str]
     """Of what is sent, by the qualified names of sender and receiver."""
 
+    @property
+    def svg(self) -> str:
+        """The SVG, drawn now. Raises Refused."""
+        return self.drawing.draw()
+
 
 def machine_picture(subsystem: Subsystem, prefix: str) -> MachinePicture:
-    """The state machine, without the notes on its conditions. Raises Refused."""
+    """The state machine, without the notes on its conditions."""
     diagram = replace(states(subsystem), notes=())
     tagged = TaggedDiagram(diagram, prefix)
     rows = tuple(tagged.arcs[str(number)] for number in range(len(subsystem.transitions)))
-    return MachinePicture(tagged.draw(), tagged.nodes, rows, tagged.groups)
+    return MachinePicture(tagged, tagged.nodes, rows, tagged.groups)
 
 
 def structure_picture(system: System, prefix: str) -> StructurePicture:
-    """Agents, what is in them, and what they send. Raises Refused."""
+    """Agents, what is in them, and what they send."""
     tagged = TaggedDiagram(structure(system), prefix)
     ends = {name: tuple(name.split(" -> ")) for name in tagged.arcs}
     arcs = {(tail, head): tagged.arcs[name] for name, (tail, head) in ends.items()}
-    return StructurePicture(tagged.draw(), tagged.nodes, arcs)
+    return StructurePicture(tagged, tagged.nodes, arcs)
 
 
 class TaggedDiagram:

@@ -11,12 +11,16 @@ from specc.model.expr import Live
 from specc.model.fsm import State
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
+from specc.model.wires import Wires
 from specc.pipeline import Result
 from specc.refusal import Refused
 from specc.source import Place
-from specc.tools.graph import picture
-from specc.tools.graph.formats import FORMATS
-from specc.tools.page.messages import Message
+from specc.tools.graph.page import (
+    MachinePicture,
+    StructurePicture,
+    machine_picture,
+    structure_picture,
+)
 from specc.tools.page.server import Asset
 from specc.tools.plot import ListedSignal, list_signals
 
@@ -25,7 +29,7 @@ _LONGEST = 10_000
 """Characters of a text of a specification that are shown."""
 
 
-class Assets:
+class AssetShelf:
     """Files that have numbers in place of names; each is made when it is first asked for."""
 
     def __init__(self) -> None:
@@ -49,24 +53,29 @@ class Assets:
 class Description:
     """A compiled specification, as the page shows it."""
 
-    def __init__(self, system: System, result: Result, assets: Assets) -> None:
+    def __init__(self, system: System, result: Result, assets: AssetShelf) -> None:
         self.system = system
         self._result = result
         self.subsystems = {s.qualified_name: s for s in system.subsystems}
         self.signals = {each.name: each for each in list_signals(system)}
-        self.arcs: dict[tuple[str, str], str] = {}
-        """What is sent from one part to another -> the id of its arc in the structure."""
-        self._structure = assets.add(lambda: _drawn(system, "", "structure"))
-        self._pictures = {
-            name: assets.add(lambda name=name: _drawn(system, name, "states"))
-            for name, subsystem in self.subsystems.items()
-            if subsystem.states
-        }
+        self._structure = structure_picture(system, "structure")
+        self.arcs = dict(self._arcs_of_ports())
+        """The arcs in the structure: subsystem, "x" or "y" and peer -> id."""
+        self._assets = assets
 
     def at(self, place: Place) -> str:
         """`file:line` of a place."""
         span = self._result.sources.span(place)
         return f"{span.file}:{span.line}"
+
+    def _arcs_of_ports(self) -> Iterator[tuple[tuple[str, str, str], str]]:
+        wires = Wires(self.system.agents)
+        for wire in (w for subsystem in self.system.subsystems for w in wires.wires_of(subsystem)):
+            name, port = wire.subsystem.qualified_name, wire.port
+            is_sent = port.direction == "y"
+            ends = (name, wire.peer_name) if is_sent else (wire.peer_name, name)
+            if id := self._structure.arcs.get(ends):
+                yield (name, port.direction, port.peer), id
 
     @cached_property
     def message(self) -> dict[str, Any]:
@@ -76,13 +85,16 @@ class Description:
             {"that": r.that, "because": r.because, "place": self.at(r.place)}
             for r in system.requirements
         )
-        return _shortened(
+        found = _shortened(
             {
                 "title": system.title or system.name,
                 "system": system.name,
-                "machines": list(map(self._machine, system.subsystems)),
-                "structure": self._structure,
-                "parts": {},
+                "machines": [
+                    self._machine(subsystem, f"m{number}")
+                    for number, subsystem in enumerate(system.subsystems)
+                ],
+                "structure": self._drawn_later(self._structure),
+                "parts": dict(self._structure.parts),
                 "signals": [*map(_state_signal, system.subsystems), *self._signals()],
                 "requirements": list(requirements),
                 "frames": [name for name, _ in system.frames],
@@ -90,44 +102,53 @@ class Description:
                 "constants": list(self._constants()),
             }
         )
+        return dict(found)
 
-    def _machine(self, subsystem: Subsystem) -> dict[str, Any]:
+    def _machine(self, subsystem: Subsystem, prefix: str) -> dict[str, Any]:
         """A subsystem with its states and rows, and their ids in its picture."""
-        name = subsystem.qualified_name
-        prefix = self.prefix(name)
+        drawn = machine_picture(subsystem, prefix)
         rows = [
             {
                 "label": row.label,
-                "id": f"{prefix}-r-{number}",
+                "id": id,
                 "source": row.source,
                 "target": row.target,
                 "cause": row.cause,
                 "place": self.at(row.place),
             }
-            for number, row in enumerate(subsystem.transitions)
+            for row, id in zip(subsystem.transitions, drawn.rows, strict=True)
+        ]
+        states = [
+            {
+                "name": state.name,
+                "title": state.title or state.behaviour.title,
+                "id": drawn.states[state.name],
+                "is_error": _is_error(subsystem, state),
+                "modes": list(state.modes),
+                "place": self.at(state.place),
+            }
+            for state in subsystem.states
         ]
         return {
-            "name": name,
+            "name": subsystem.qualified_name,
             "title": subsystem.title,
             "period_s": float(1 / subsystem.rate_hz),
-            "svg": self._pictures.get(name),
-            "states": [
-                {
-                    "name": state.name,
-                    "title": state.title or state.behaviour.title,
-                    "id": f"{prefix}-s-{state.name}",
-                    "is_error": _is_error(subsystem, state),
-                    "modes": list(state.modes),
-                    "place": self.at(state.place),
-                }
-                for state in subsystem.states
-            ],
+            "svg": self._drawn_later(drawn) if states else None,
+            "states": states,
             "rows": rows,
+            "modes": [{"name": name, "id": id} for name, id in drawn.modes.items()],
         }
 
-    def prefix(self, machine: str) -> str:
-        """What the ids in the picture of a machine begin with."""
-        return f"m{list(self.subsystems).index(machine)}"
+    def _drawn_later(self, picture: MachinePicture | StructurePicture) -> str:
+        """The URL of a picture, which Graphviz draws when it is asked for, if it can."""
+
+        def draw() -> Asset | None:
+            try:
+                return Asset(_SVG, picture.svg.encode())
+            except Refused:
+                return None
+
+        return self._assets.add(draw)
 
     def _signals(self) -> Iterator[dict[str, Any]]:
         for each in self.signals.values():
@@ -188,15 +209,6 @@ def _initial(constant: Constant) -> str:
     return show(constant.initial if is_live and constant.initial else constant.value)
 
 
-def _drawn(system: System, place: str, kind: Any) -> Asset | None:
-    """The picture of a place, if there is one and Graphviz can draw it."""
-    try:
-        _, diagram = picture(system, place, kind)
-        return Asset(_SVG, FORMATS["svg"].render(diagram))
-    except Refused:
-        return None
-
-
 def _shortened(data: Any) -> Any:
     """Data with no text longer than anybody reads."""
     if isinstance(data, str):
@@ -204,8 +216,3 @@ def _shortened(data: Any) -> Any:
     if isinstance(data, Mapping):
         return {_shortened(name): _shortened(value) for name, value in data.items()}
     return [_shortened(value) for value in data] if isinstance(data, Sequence) else data
-
-
-def hello_of(description: Description, about: Message) -> Message:
-    """`hello`: what is known of the specification, and of the run or the file."""
-    return {**description.message, **about}

@@ -26,7 +26,7 @@ from specc import pipeline
 from specc.diagnostics.visible import visible
 from specc.refusal import Refused
 from specc.tools.page.clients import Picture
-from specc.tools.page.description import Assets, Description
+from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Message, json_text
 from specc.tools.page.moments import (
     LastStep,
@@ -49,7 +49,7 @@ _DO = {"break", "continue", "hold", "panel", "pause", "release", "restart", "set
 """Commands that a run gets as the browser sends them."""
 
 
-class Past:
+class RunHistory:
     """The states that a run sent, by time; of too many bytes the earliest go."""
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
@@ -103,13 +103,13 @@ class LiveRun:
         if result.system is None:
             raise Refused(f"{self._spec} has errors; `specc validate` lists them")
         self._values = dict(values)
-        self._assets = Assets()
+        self._assets = AssetShelf()
         self._description = Description(result.system, result, self._assets)
         self._scene = ""
 
     def _forget(self) -> None:
         """Begin with nothing."""
-        self._past = Past()
+        self._history = RunHistory()
         self._state: Message = {}
         self._spans: dict[str, list[tuple[float, str]]] = defaultdict(list)
         self._recent: dict[str, deque[tuple[float, float, int, str]]] = defaultdict(
@@ -122,7 +122,6 @@ class LiveRun:
 
     async def follow(self, reader: asyncio.StreamReader, server: Server) -> None:
         """Take what the run sends, until it closes its end."""
-        load = import_module("specc_runtime.recording.text").loaded
         while True:
             try:
                 line = await reader.readline()
@@ -131,10 +130,8 @@ class LiveRun:
             if not line:
                 return
             try:
-                await self._take(load(line), line, server)
-            except Exception as error:  # noqa: BLE001  # of what is no message of a run
-                if not isinstance(error, Refused | ValueError | TypeError | LookupError | AttributeError):
-                    raise
+                await self._take(_loaded(line), line, server)
+            except (Refused, ValueError, TypeError, LookupError, AttributeError) as error:
                 text = f"a message of the run was not understood: {type(error).__name__}: {error}"
                 server.tell({"type": "refused", "text": visible(text[:300])})
 
@@ -143,7 +140,7 @@ class LiveRun:
         match message:
             case {"kind": "state", "time_s": int() | float() as time_s, "steps": dict()}:
                 steps_of_state(message)
-                self._past.keep(float(time_s), line)
+                self._history.keep(float(time_s), line)
                 self._state = message
                 server.tell_now()
             case {"kind": "spans", "changes": list() as changes}:
@@ -159,7 +156,9 @@ class LiveRun:
                 self._pictures[camera] = picture
                 server.tell_picture(picture)
             case {"kind": "lost"}:
-                self._mark([_mark({"time_s": self._time_s, "kind": "lost", "text": "changes"})], server)
+                self._mark(
+                    [_mark({"time_s": self._time_s, "kind": "lost", "text": "changes"})], server
+                )
             case {"kind": "stopped" | "end" | "refused" as kind}:
                 server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
             case _:
@@ -170,8 +169,8 @@ class LiveRun:
         values = {str(name): str(text) for name, text in message.get("set", {}).items()}
         if self.begin or values != self._values:
             await asyncio.to_thread(self.compile, values)
-        self.begin = message
         self._forget()
+        self.begin = message
         if message.get("scene") is not None:
             content = json_text(message["scene"]).encode()
             self._scene = self._assets.add(lambda: Asset("application/json", content))
@@ -210,7 +209,7 @@ class LiveRun:
         if not begin:
             return None
         can = begin.get("can") or {}
-        is_simulated = not begin.get("real_time")
+        can_pause, can_restart = bool(can.get("pause")), bool(can.get("restart"))
         panel = begin.get("panel") or []
         return {
             **self._description.message,
@@ -228,10 +227,8 @@ class LiveRun:
             "panel": panel,
             "set": begin.get("set") or {},
             "can": {
-                "pause": bool(can.get("pause")),
-                **dict.fromkeys(("step", "speed", "break"), is_simulated and bool(can.get("pause"))),
-                "restart": bool(can.get("restart")),
-                "set": bool(can.get("restart")),
+                **dict.fromkeys(("pause", "step", "speed", "break"), can_pause),
+                **dict.fromkeys(("restart", "set"), can_restart),
                 "live": bool(begin.get("live")),
                 "panel": bool(panel),
             },
@@ -283,12 +280,13 @@ class LiveRun:
         """The state at a time; empty if it is not kept."""
         if time_s is None:
             return self._state
-        text = self._past.at(time_s)
+        text = self._history.at(time_s)
         return _loaded(text) if text is not None else {}
 
     def _states_at(self, time_s: float | None) -> dict[str, Message]:
         """The states of machines at a time of which nothing else is kept."""
-        at_s, found = math.inf if time_s is None else time_s, {}
+        at_s = math.inf if time_s is None else time_s
+        found: dict[str, Message] = {}
         for name, begins in self._spans.items():
             before = [each for each in begins if each[0] <= at_s + 1e-9]
             if before:
@@ -297,7 +295,11 @@ class LiveRun:
 
     def why(self, machine: str, time_s: float | None) -> Message:
         """See `Source`."""
-        return {"machine": machine, "time_s": self._time_s if time_s is None else time_s, "lines": []}
+        return {
+            "machine": machine,
+            "time_s": self._time_s if time_s is None else time_s,
+            "lines": [],
+        }
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""
@@ -306,7 +308,7 @@ class LiveRun:
         owner = self._description.signals.get(name)
 
         def points() -> Iterator[tuple[float, Any]]:
-            for text in self._past.between(begin_s, end_s):
+            for text in self._history.between(begin_s, end_s):
                 state = _loaded(text)
                 steps = steps_of_state(state)
                 if owner is not None:
@@ -335,9 +337,14 @@ class LiveRun:
         return ""
 
 
-def _loaded(text: bytes) -> Message:
-    found: Message = import_module("specc_runtime.recording.text").loaded(text)
-    return found
+def _loaded(text: bytes) -> Any:
+    """The data of a line. Raises Refused."""
+    try:
+        return import_module("specc_runtime.recording.text").loaded(text)
+    except Exception as error:
+        if type(error).__name__ != "Misshapen":
+            raise
+        raise Refused(str(error)) from error
 
 
 def steps_of_state(state: Message) -> dict[str, LastStep]:

@@ -89,6 +89,6 @@ def texts_in(message: Message, name: str) -> list[str]:
 def plain_in(message: Message, name: str) -> bool | int | float | str:
     """A number, a truth value or a text. Raises Malformed."""
     value = message.get(name)
-    if type(value) in (int, float) and abs(value) < 1e300:
+    if isinstance(value, bool) or (isinstance(value, int | float) and abs(value) < 1e300):
         return value
-    return value if isinstance(value, bool) else text_in(message, name)
+    return text_in(message, name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from specc.lang.values import Floats
@@ -34,11 +35,11 @@ class LastStep:
     known_from: int = -1
 
 
-Steps = Mapping[str, Any]
+LastSteps = Mapping[str, Any]
 """The last step of each subsystem, each a `LastStep` or what the runtime has for it."""
 
 
-def states_of(steps: Steps) -> dict[str, Message]:
+def states_of(steps: LastSteps) -> dict[str, Message]:
     """The state of each machine, since when, and by which row."""
     return {
         name: {
@@ -50,20 +51,18 @@ def states_of(steps: Steps) -> dict[str, Message]:
     }
 
 
-def flow_of(description: Description, steps: Steps) -> list[str]:
+def flow_of(description: Description, steps: LastSteps) -> list[str]:
     """The arcs of the structure on which something went in these steps."""
     found: dict[str, None] = {}
     for name, one in steps.items():
         subsystem = description.subsystems.get(name)
         for port in subsystem.ports if subsystem else ():
             if port.direction == "y":
-                ends, has_news = (name, port.other_end), bool(part_of(one.step, ("y", port.peer)))
+                has_news = bool(part_of(one.step, ("y", port.peer)))
             else:
-                fresh = one.step.get("fresh")
-                names = [f"{port.peer}.{element.name}" for element in port.elements]
-                has_news = isinstance(fresh, dict) and any(fresh.get(n) is True for n in names)
-                ends = port.other_end, name
-            if has_news and (arc := description.arcs.get(ends)):
+                names = (f"{port.peer}.{element.name}" for element in port.elements)
+                has_news = any(part_of(one.step, ("fresh", name)) is True for name in names)
+            if has_news and (arc := description.arcs.get((name, port.direction, port.peer))):
                 found[arc] = None
     return list(found)
 
@@ -75,7 +74,7 @@ def part_of(data: Any, path: Sequence[str]) -> Any:
     return data
 
 
-def message_of(signal: ListedSignal, steps: Steps, plant: Mapping[str, Any] | None) -> Any:
+def message_of(signal: ListedSignal, steps: LastSteps, plant: Mapping[str, Any] | None) -> Any:
     """The message in which a signal is; `plant` has what is observed of it."""
     if signal.owner == PLANT:
         return {"y": plant}
@@ -85,7 +84,7 @@ def message_of(signal: ListedSignal, steps: Steps, plant: Mapping[str, Any] | No
 
 def values_of(
     description: Description,
-    steps: Steps,
+    steps: LastSteps,
     plant: Mapping[str, Any] | None,
     names: Sequence[str] | None,
 ) -> dict[str, str]:
@@ -150,7 +149,7 @@ def decimated(
         return times, columns
     stretches = MOST_POINTS // 2
     cuts = [count * number // stretches for number in range(stretches + 1)]
-    pieces = [slice(begin, end) for begin, end in zip(cuts, cuts[1:], strict=False)]
+    pieces = [slice(begin, end) for begin, end in pairwise(cuts)]
     thin_times = [times[at] for piece in pieces for at in (piece.start, piece.stop - 1)]
     return thin_times, [
         [value for piece in pieces for value in _extremes(column[piece])] for column in columns

@@ -267,7 +267,9 @@ class Server:
         """Talk with a browser until it goes."""
         client = Client(connection)
         self._clients.append(client)
-        tasks = [asyncio.ensure_future(each) for each in (client.write(), client.answer(self._reply))]
+        tasks = [
+            asyncio.ensure_future(each) for each in (client.write(), client.answer(self._reply))
+        ]
         self._welcome(client)
         self._tell_control()
         try:
@@ -373,7 +375,7 @@ def _answer(question: Message, kind: str, found: Message) -> str:
 
 # What browsers ask and command; each function raises Malformed.
 
-Question = tuple[Any, Message]
+KeyedQuestion = tuple[Any, Message]
 """The kind, of which only the last one is answered, and the question."""
 
 
@@ -384,23 +386,23 @@ def _question(message: Message) -> dict[str, Any]:
     return {"type": message["type"], "id": number, "time_s": number_in(message, "time_s")}
 
 
-def _look(message: Message) -> Question:
+def _look(message: Message) -> KeyedQuestion:
     return "look", _question(message)
 
 
-def _why(message: Message) -> Question:
+def _why(message: Message) -> KeyedQuestion:
     machine = text_in(message, "machine")
     return ("why", machine), {**_question(message), "machine": machine}
 
 
-def _series(message: Message) -> Question:
+def _series(message: Message) -> KeyedQuestion:
     name, window_s = text_in(message, "name"), number_in(message, "window_s")
     if window_s is None or window_s <= 0:
         raise Malformed("its window_s is no length")
     return ("series", name), {**_question(message), "name": name, "window_s": window_s}
 
 
-_QUESTIONS: dict[str, Callable[[Message], Question]] = {
+_QUESTIONS: dict[str, Callable[[Message], KeyedQuestion]] = {
     "look": _look,
     "why": _why,
     "series": _series,
