@@ -294,10 +294,7 @@ export class Painter {
     gl.uniform3fv(grid.at("line"), line);
     gl.uniform1f(grid.at("reach"), ground.reach);
     gl.uniform1f(grid.at("cell"), ground.cell);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(-1, -4);
     this.triangles(this.square);
-    gl.disable(gl.POLYGON_OFFSET_FILL);
   }
 
   triangles({ array, count }) {

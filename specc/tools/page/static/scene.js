@@ -309,7 +309,7 @@ class Scene {
       eye,
       sun,
       light: this.level < 2 ? light : null,
-      ground: groundOf(drawn, bounds),
+      ground: groundOf(drawn, bounds, orbit.distance),
       ...this.theme,
     });
     this.placeLabels(view);
@@ -417,11 +417,12 @@ class Scene {
   }
 }
 
-/** Where the grid is, how far it reaches, and how large its cells are. */
-function groundOf(drawn, bounds) {
+/** Where the grid is (above the floor, as little as can be told), its reach and the size of a cell. */
+function groundOf(drawn, bounds, distance) {
   const floors = drawn.filter((part) => part.isFloor && Math.abs(part.pose[3]) > 0.9999);
-  const heights = floors.map((part) => part.pose[2] + part.scale[2] / 2);
-  const height = heights.length ? Math.max(...heights) : bounds.low[2];
+  floors.sort((a, b) => b.scale[0] * b.scale[1] - a.scale[0] * a.scale[1]);
+  const height = floors.length ? floors[0].pose[2] + floors[0].scale[2] / 2 : bounds.low[2];
   const cell = 10 ** Math.round(Math.log10(bounds.radius / 8));
-  return { centre: [bounds.centre[0], bounds.centre[1], height], reach: 6 * bounds.radius, cell };
+  const above = height + 5e-4 * distance;
+  return { centre: [bounds.centre[0], bounds.centre[1], above], reach: 6 * bounds.radius, cell };
 }
