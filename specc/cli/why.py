@@ -66,6 +66,7 @@ class _MomentReport:
             is_exact=is_exact,
             array=lambda value: call_runtime("stepping", "array", value),
         )
+        self._index: Any = None
 
     def print_out(self, is_other: bool) -> int:
         """Print it; the exit code. The specification may be another than the recorded one."""
@@ -73,10 +74,8 @@ class _MomentReport:
             names = ", ".join(self._subsystems)
             raise Refused(f"there is no subsystem {self._only}; there are {names}")
         file = self._file
-        reading = call_runtime("recording.reading", "RecordFile", file)
-        moments = call_runtime(
-            "recording.moment", "seen_at", file, self._time_s, self._only, reading
-        )
+        self._index = index = call_runtime("recording.index", "Index", file)
+        moments = call_runtime("recording.moment", "seen_at", index, self._time_s, self._only)
         if not moments:
             until = f" until {self._time_s:.12g} s"
             raise Refused(f"{file} has no step of {self._only or 'any subsystem'}{until}")
@@ -88,7 +87,7 @@ class _MomentReport:
             streams.print_output(self._overview(moments))
             lines = self._violations()
         streams.print_output("".join(f"{line}\n" for line in lines))
-        return int(print_losses(reading))
+        return int(print_losses(index.reading))
 
     def _overview(self, moments: list[Any]) -> str:
         """A line for each subsystem, in the order of the specification."""
@@ -106,9 +105,9 @@ class _MomentReport:
 
     def _violations(self) -> Iterator[WhyLine]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
-        found = call_runtime("recording.moment", "violations", self._file, self._time_s)
+        found = call_runtime("recording.moment", "violations", self._index, self._time_s)
         required = {each.that: each for each in self._system.requirements}
-        steps = partial(call_runtime, "recording.moment", "last_steps", self._file)
+        steps = partial(call_runtime, "recording.moment", "last_steps", self._index)
         for that, since_s in found[:_MOST_VIOLATIONS]:
             yield from self._explainer.violation(that, since_s, required.get(that), steps)
         if len(found) > _MOST_VIOLATIONS:
