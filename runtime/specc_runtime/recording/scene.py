@@ -11,7 +11,7 @@ from specc_runtime.examination import shortcomings
 from specc_runtime.forms import Schema, object_schema
 from specc_runtime.plant import Filmable, Mesh, Posed, Shape
 from specc_runtime.recording.container import CHUNK_S
-from specc_runtime.recording.log import Log
+from specc_runtime.recording.log import Sinks
 from specc_runtime.recording.models import MOST_OF_ALL, MOST_TRIANGLES, glb
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.recording.times import TIME, stamped
@@ -73,7 +73,7 @@ _ENTITY = object_schema(
 class SceneWriter:
     """Writes the bodies of a plant."""
 
-    def __init__(self, log: Log, plant: Posed) -> None:
+    def __init__(self, log: Sinks, plant: Posed) -> None:
         """Writes their shapes."""
         self._plant = plant
         self._names = tuple(plant.body_names())
