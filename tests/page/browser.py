@@ -175,10 +175,10 @@ class Page:
         return done["result"].get("value")
 
     def wait_for(self, expression: str, timeout_s: float = WAIT_S) -> Any:
-        """The value of an expression as soon as it is true."""
+        """The value of an expression as soon as JavaScript takes it for true."""
         end = time.monotonic() + timeout_s
-        while not (value := self.evaluate(expression)):
-            late = f"after {timeout_s:g} s: {expression} is {value!r}; errors: {self.errors()}"
+        while (value := self.evaluate(expression)) in (None, False, 0, ""):
+            late = f"after {timeout_s:g} s: {expression} is {value!r}; {self.errors()[:3]}"
             assert time.monotonic() < end, late
             time.sleep(POLL_S)
         return value
@@ -265,16 +265,16 @@ class Page:
         path.write_bytes(base64.b64decode(picture))
 
     def errors(self) -> list[str]:
-        """What the console of the page has of errors and warnings, and what scripts threw."""
+        """The errors in the console of the page, and what scripts threw."""
         found = []
         for name, event in self._events():
-            if name == "Runtime.consoleAPICalled" and event["type"] in ("error", "warning"):
+            if name == "Runtime.consoleAPICalled" and event["type"] == "error":
                 words = (str(each.get("value", each.get("description"))) for each in event["args"])
                 found.append(" ".join(words))
             elif name == "Runtime.exceptionThrown":
                 details = event["exceptionDetails"]
                 found.append(str(details.get("exception", {}).get("description", details)))
-            elif name == "Log.entryAdded" and event["entry"]["level"] in ("error", "warning"):
+            elif name == "Log.entryAdded" and event["entry"]["level"] == "error":
                 found.append(f"{event['entry']['text']} {event['entry'].get('url', '')}")
         return found
 

@@ -1,0 +1,95 @@
+"""What a user sees and does in the page of a run, in a browser."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.commands import specc
+from tests.page.browser import Browser, Page
+from tests.page.runs import END_S, LIT, STATUS, TIME, page_run, wait_paused
+
+GATE = "specs/conveyor_gate.yaml"
+MACHINE = "gate.c"
+PERIOD_S = 0.05
+HOSTILE = "<img src=x onerror=evil()></text></svg><script>evil()</script>"
+
+
+def report_of(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def repeatable(report: dict[str, Any]) -> dict[str, Any]:
+    """What two runs have in common: all but wall times and memory."""
+    machines = {
+        name: {key: value for key, value in one.items() if key != "mean_step_us"}
+        for name, one in report["subsystems"].items()
+    }
+    rest = {key: report[key] for key in ("simulated_s", "cycles", "records_sha256", "requirements")}
+    return rest | {"subsystems": machines}
+
+
+def times_of_states(report: dict[str, Any]) -> dict[str, float]:
+    """When the gate enters each state, as the report says."""
+    last = report["subsystems"][MACHINE]["last_transitions"]
+    return {each["transition"].split(" -> ")[1]: each["first_s"] for each in last}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The report of the run without a page."""
+    path = tmp_path_factory.mktemp("alone") / "report.json"
+    assert specc("run", GATE, "--report", path).returncode == 0
+    return report_of(path)
+
+
+# One run from its beginning to its end, with all kinds of clients.
+
+
+def test_a_run_is_the_same_whoever_looks_and_stops_it(
+    browser: Browser, page: Page, alone: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "report.json"
+    with page_run(tmp_path, "run", GATE, "--ui", "--speed", 0.2, "--report", path) as run:
+        page.open(run.url)
+        page.wait_for(f"{LIT}.includes('closed')")
+        with run.deaf_client(), browser.page() as other:
+            other.open(run.url)
+            _stop_at_states(page, times_of_states(alone))
+            other.wait_for(f"{LIT}.includes('closing')")
+            assert other.evaluate("document.getElementById('take').hidden") is False
+            assert [page.errors(), other.errors()] == [[], []]
+            hosts = {url.split("/")[2] for url in page.requests() + other.requests()}
+            assert hosts == {f"127.0.0.1:{run.port}"}
+            page.click("#pause")
+            browser.stop()
+            _wait_for_file(path)
+            browser.resume()
+        page.wait_for(f"{STATUS} == 'ended'")
+        assert f"records {alone['records_sha256']}" in run.end()
+    assert repeatable(report_of(path)) == repeatable(alone)
+
+
+def _stop_at_states(page: Page, times_s: dict[str, float]) -> None:
+    """Stop at a state, a row and a condition, and step."""
+    page.click("#states [id$='-s-passing']")
+    page.wait_for("document.querySelector('#states .state.breakpoint')")
+    page.evaluate("document.getElementById('speed').value = 'max'")
+    page.evaluate("document.getElementById('speed').dispatchEvent(new Event('change'))")
+    assert wait_paused(page) == times_s["passing"]
+    assert page.evaluate(LIT) == ["passing"]
+    page.click("#step")
+    page.wait_for(f"{TIME} > {times_s['passing']}")
+    assert wait_paused(page) == pytest.approx(times_s["passing"] + PERIOD_S)
+
+
+def _wait_for_file(path: Path) -> None:
+    end = time.monotonic() + END_S
+    while not path.is_file():
+        assert time.monotonic() < end
+        time.sleep(0.05)
