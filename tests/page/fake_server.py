@@ -38,7 +38,7 @@ from specc_runtime.recording.messages import Shelved, step_of, steps_of
 from specc_runtime.recording.reading import Metadata, RecordFile
 
 STATIC = Path(__file__).resolve().parents[2] / "specc/tools/page/static"
-KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 CSP = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'"

@@ -70,7 +70,8 @@ function cardOf(signal) {
   const name = html("span", { class: "name", title: signal.title }, ...dotted(signal.name));
   const title = html("span", { class: "title" }, signal.title);
   const head = html("div", { class: "head" }, name, title, value, remove);
-  const element = html("article", { class: "signal", "aria-label": signal.name }, head, pictures);
+  const look = signal.components.length > 3 ? "signal long" : "signal";
+  const element = html("article", { class: look, "aria-label": signal.name }, head, pictures);
   return { signal, element, value, pictures, question: new Question("series"), series: null };
 }
 
