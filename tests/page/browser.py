@@ -184,15 +184,20 @@ class Page:
         return value
 
     def point(self, selector: str) -> tuple[float, float]:
-        """The centre of an element, which is scrolled into view."""
-        x, y = self.evaluate(
+        """The centre of an element as soon as it is there; it is scrolled into view."""
+        self.wait_for(f"document.querySelector({json.dumps(selector)})")
+        x, y, is_hit, over = self.evaluate(
             f"""(() => {{
                 const element = document.querySelector({json.dumps(selector)});
-                element.scrollIntoView({{block: "center", inline: "center"}});
+                const place = {{block: "center", inline: "center", behavior: "instant"}};
+                element.scrollIntoView(place);
                 const box = element.getBoundingClientRect();
-                return [box.x + box.width / 2, box.y + box.height / 2];
+                const x = box.x + box.width / 2, y = box.y + box.height / 2;
+                const hit = document.elementFromPoint(x, y);
+                return [x, y, element.contains(hit), hit?.outerHTML.slice(0, 200)];
             }})()"""
         )
+        assert is_hit, f"{selector} is behind {over}"
         return x, y
 
     def press(self, x: float, y: float) -> None:

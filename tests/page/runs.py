@@ -21,7 +21,7 @@ from tests.page.browser import Page
 URL = re.compile(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+(?=\n)")
 TIME = "parseFloat(document.getElementById('time').textContent)"
 STATUS = "document.getElementById('status').textContent"
-LIT = "[...document.querySelectorAll('#states .state.lit')].map(e => e.id.replace(/.*s-/, ''))"
+LIT = "[...document.querySelectorAll('#states .state.lit')].map(e => e.id.replace(/.*-s-/, ''))"
 END_S = 60.0
 
 
@@ -92,8 +92,8 @@ def page_run(folder: Path, *words: object) -> Iterator[PageRun]:
         process.wait()
 
 
-def wait_paused(page: Page) -> float:
-    """The time shown, once the run is paused."""
-    page.wait_for(f"{STATUS} == 'paused'", END_S)
+def wait_paused(page: Page, state: str) -> float:
+    """The time shown, once the run is paused in a state of the chosen machine."""
+    page.wait_for(f"{LIT} == '{state}' && {STATUS} == 'paused'", END_S)
     time_s: float = page.evaluate(TIME)
     return time_s

@@ -34,10 +34,12 @@ def repeatable(report: dict[str, Any]) -> dict[str, Any]:
     return rest | {"subsystems": machines}
 
 
-def times_of_states(report: dict[str, Any]) -> dict[str, float]:
-    """When the gate enters each state, as the report says."""
-    last = report["subsystems"][MACHINE]["last_transitions"]
-    return {each["transition"].split(" -> ")[1]: each["first_s"] for each in last}
+def stop_s(folder: Path, state: str) -> float:
+    """When `--stop-when` stops the run at a state of the gate."""
+    path = folder / "stopped.json"
+    formula = f"state({MACHINE}) == {state}"
+    assert specc("run", GATE, "--stop-when", formula, "--report", path).returncode == 0
+    return round(report_of(path)["simulated_s"], 6)
 
 
 @pytest.fixture(scope="module")
@@ -56,11 +58,12 @@ def test_a_run_is_the_same_whoever_looks_and_stops_it(
 ) -> None:
     path = tmp_path / "report.json"
     with page_run(tmp_path, "run", GATE, "--ui", "--speed", 0.2, "--report", path) as run:
+        page.size(1600, 1000)
         page.open(run.url)
         page.wait_for(f"{LIT}.includes('closed')")
         with run.deaf_client(), browser.page() as other:
             other.open(run.url)
-            _stop_at_states(page, times_of_states(alone))
+            _stop(page, tmp_path)
             other.wait_for(f"{LIT}.includes('closing')")
             assert other.evaluate("document.getElementById('take').hidden") is False
             assert [page.errors(), other.errors()] == [[], []]
@@ -75,17 +78,26 @@ def test_a_run_is_the_same_whoever_looks_and_stops_it(
     assert repeatable(report_of(path)) == repeatable(alone)
 
 
-def _stop_at_states(page: Page, times_s: dict[str, float]) -> None:
-    """Stop at a state, a row and a condition, and step."""
-    page.click("#states [id$='-s-passing']")
+def _stop(page: Page, folder: Path) -> None:
+    """Stop at a row and at a state, step, and stop at a condition."""
+    click = "dispatchEvent(new Event('click'))"  # the middle of an arc may be beside it
+    page.evaluate(f"document.querySelector('#states [id$=-r-1]').{click}")
+    page.wait_for("document.querySelector('#states .row.breakpoint')")
+    page.click("#states [id$=-s-passing]")
     page.wait_for("document.querySelector('#states .state.breakpoint')")
     page.evaluate("document.getElementById('speed').value = 'max'")
     page.evaluate("document.getElementById('speed').dispatchEvent(new Event('change'))")
-    assert wait_paused(page) == times_s["passing"]
-    assert page.evaluate(LIT) == ["passing"]
+    assert wait_paused(page, "opening") == stop_s(folder, "opening")
+    page.click("#pause")
+    time_s = wait_paused(page, "passing")
+    assert time_s == stop_s(folder, "passing")
     page.click("#step")
-    page.wait_for(f"{TIME} > {times_s['passing']}")
-    assert wait_paused(page) == pytest.approx(times_s["passing"] + PERIOD_S)
+    page.wait_for(f"{TIME} > {time_s}")
+    assert wait_paused(page, "passing") == pytest.approx(time_s + PERIOD_S)
+    page.click("[aria-label='Stop when: parcel_gone decides in gate.c']")
+    page.wait_for("document.getElementById('breaks').textContent == 'Breakpoints 3'")
+    page.click("#pause")
+    assert wait_paused(page, "closing") == stop_s(folder, "closing")
 
 
 def _wait_for_file(path: Path) -> None:
