@@ -269,6 +269,15 @@ class Page:
         picture = self.call("Page.captureScreenshot", format="png")["data"]
         path.write_bytes(base64.b64decode(picture))
 
+    def roles(self) -> set[tuple[str, str]]:
+        """The roles and names of all that a screen reader knows of."""
+        nodes = self.call("Accessibility.getFullAXTree")["nodes"]
+        return {
+            (one.get("role", {}).get("value", ""), one.get("name", {}).get("value", ""))
+            for one in nodes
+            if not one["ignored"]
+        }
+
     def errors(self) -> list[str]:
         """The errors in the console of the page, and what scripts threw."""
         found = []

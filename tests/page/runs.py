@@ -62,7 +62,7 @@ class PageRun:
     def answer(self, path: str = "/", **headers: str) -> str:
         """The status of an answer to a plain request; a header with "" is left out."""
         own = {"Host": f"127.0.0.1:{self.port}", "Cookie": self.cookie} | headers
-        fields = (f"{name}: {value}" for name, value in own.items() if value)
+        fields = (f"{name.replace('_', '-')}: {value}" for name, value in own.items() if value)
         lines = [f"GET {path} HTTP/1.1", *fields]
         with socket.create_connection(("127.0.0.1", self.port), timeout=END_S) as client:
             client.sendall("\r\n".join([*lines, "", ""]).encode())

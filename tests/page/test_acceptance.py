@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
 from tests.commands import specc
 from tests.page.browser import Browser, Page
-from tests.page.runs import END_S, LIT, STATUS, TIME, page_run, wait_paused
+from tests.page.looks import FAINT, OUTSIDE, SIDEWAYS
+from tests.page.runs import END_S, LIT, STATUS, TIME, PageRun, page_run, wait_paused
 
 GATE = "specs/conveyor_gate.yaml"
 MACHINE = "gate.c"
@@ -105,3 +108,101 @@ def _wait_for_file(path: Path) -> None:
     while not path.is_file():
         assert time.monotonic() < end
         time.sleep(0.05)
+
+
+# A run that has been stopped, with a title of a stranger.
+
+
+@pytest.fixture(scope="module")
+def stopped(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRun]:
+    folder = tmp_path_factory.mktemp("stopped")
+    (folder / "plants").mkdir()
+    shutil.copy("specs/plants/conveyor_gate.xml", folder / "plants")
+    text = Path(GATE).read_text(encoding="utf-8")
+    for title in ("Conveyor with a gate", "Belt drive", "the barrier moves up"):
+        assert title in text
+        text = text.replace(title, f"{title} {HOSTILE}", 1)
+    (folder / "gate.yaml").write_text(text, encoding="utf-8")
+    with page_run(folder, "run", folder / "gate.yaml", "--ui", "--speed", 0.5) as run:
+        with browser.page() as page:
+            page.open(run.url)
+            page.wait_for(f"{LIT} == 'halting'", END_S)
+            page.click("#pause")
+            wait_paused(page, "halting")
+        yield run
+
+
+def open_stopped(page: Page, run: PageRun) -> None:
+    page.open(run.url)
+    page.wait_for(f"{LIT} == 'halting'")
+    page.wait_for("document.querySelector('#parts .node') && document.querySelector('.line')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everything_is_legible_on_screens_of_three_widths(
+    scheme: Literal["light", "dark"], page: Page, stopped: PageRun
+) -> None:
+    page.media(scheme)
+    page.size(1600, 1000)
+    open_stopped(page, stopped)
+    for width in (1600, 1000, 390):
+        page.size(width, 900)
+        page.wait_for(f"{SIDEWAYS} <= 0")
+        for measure in (OUTSIDE, FAINT):
+            count, found = page.evaluate(measure)
+            assert count > 9 and found == [], width
+
+
+def test_titles_of_strangers_are_texts(page: Page, stopped: PageRun) -> None:
+    open_stopped(page, stopped)
+    assert page.evaluate("document.getElementById('title').textContent").endswith(HOSTILE)
+    assert page.evaluate("document.querySelectorAll('main img:not(#picture)').length") == 0
+    assert page.evaluate("document.querySelectorAll('body script').length") == 0
+    assert page.errors() == []
+
+
+def test_the_keyboard_is_enough(page: Page, stopped: PageRun) -> None:
+    page.media(reduced_motion=True)
+    open_stopped(page, stopped)
+    page.evaluate("document.getElementById('take').click()")
+    page.wait_for("document.getElementById('take').hidden")
+    for _ in range(60):
+        page.key("Tab")
+        focused = page.evaluate("document.activeElement.getAttribute('aria-label') ?? ''")
+        if focused.startswith("state passing"):
+            break
+    assert focused == "state passing"
+    page.key("Enter")
+    page.wait_for("document.activeElement.getAttribute('aria-label').endsWith('breakpoint')")
+    assert page.evaluate("document.activeElement.getAttribute('aria-pressed')") == "true"
+    page.key(" ")
+    page.wait_for(f"{STATUS}.startsWith('running')")
+    page.key(" ")
+    page.wait_for(f"{STATUS} == 'paused'")
+    roles = page.roles()
+    assert ("button", "state passing, breakpoint") in roles
+    assert {("toolbar", "Control of the run"), ("tablist", "Machines")} <= roles
+    page.evaluate("document.querySelector('#states .row').classList.add('flash')")
+    assert page.evaluate("document.getAnimations().length") == 0
+
+
+def test_strangers_get_nothing(stopped: PageRun) -> None:
+    own = f"http://127.0.0.1:{stopped.port}"
+    socket = {
+        "Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13",
+        "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
+    }  # fmt: skip
+    answers = {
+        "200": [stopped.answer("/"), stopped.answer("/asset/0")],
+        "101": [stopped.answer("/ws", Origin=own, **socket)],
+        "403": [
+            stopped.answer("/", Cookie=""),
+            stopped.answer("/?token=guessed", Cookie=""),
+            stopped.answer("/", Host="evil.example"),
+            stopped.answer("/ws", **socket),
+            stopped.answer("/ws", Origin="http://evil.example", **socket),
+            stopped.answer("/ws", Origin=own, Cookie="", **socket),
+        ],
+        "404": [stopped.answer("/../server.py"), stopped.answer("/static/%2e%2e/server.py")],
+    }
+    assert {status: {*got} for status, got in answers.items()} == {s: {s} for s in answers}

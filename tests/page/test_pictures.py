@@ -11,6 +11,7 @@ from specc.pipeline import read_spec
 from specc.tools.graph import dot
 from specc.tools.graph.page import machine_picture, structure_picture
 from tests.page.browser import Page
+from tests.page.looks import OUTSIDE
 
 FONTS = ("DejaVu Sans", "Liberation Sans")
 """The second is as wide as Arial and Helvetica, the first 12 to 16 % wider."""
@@ -19,24 +20,6 @@ SPECS = (
     "architectures/recovering_picking", "architectures/three_tier", "architectures/two_tier",
     "architectures/syndicate", "examples/panda_bin", "examples/tray_cell",
 )  # fmt: skip
-OUTSIDE = """(() => {
-    const found = [];
-    let count = 0;
-    for (const text of document.querySelectorAll(".node > text, .cluster > text")) {
-        const shape = text.parentNode.querySelector("path, polygon, ellipse");
-        if (!shape)
-            continue;
-        const inner = text.getBBox(), outer = shape.getBBox();
-        const over = Math.max(
-            outer.x - inner.x, inner.x + inner.width - outer.x - outer.width,
-            outer.y - inner.y, inner.y + inner.height - outer.y - outer.height);
-        if (over > 0)
-            found.push(`${text.textContent}: ${over}`);
-        count += 1;
-    }
-    return [count, found];
-})()"""
-"""How many texts there are in boxes, and those that are not all inside."""
 
 
 def installed(font: str) -> bool:
