@@ -9,6 +9,11 @@ const MOST = 4;
 /** Say something that goes away by itself, unless the pointer is on it. */
 export function say(text, is_bad = false) {
   const toasts = byId("toasts");
+  for (const other of toasts.children) {
+    if (other.firstChild.textContent === text) {
+      other.remove();
+    }
+  }
   const toast = html("div", { class: is_bad ? "toast bad" : "toast" }, html("span", {}, text));
   let timer = 0;
   const wait = () => {

@@ -41,7 +41,7 @@ function keep() {
 }
 
 function tellServer() {
-  page.watching = { ...page.watching, signals: [...cards.keys()] };
+  page.watching = { ...page.watching, signals: all.open ? null : [...cards.keys()] };
   page.send({ type: "watch", ...page.watching, machine: page.machine });
 }
 
@@ -223,11 +223,17 @@ field.addEventListener("keydown", onKey);
 const table = html("table", {}, html("tbody"));
 const all = html(
   "details",
-  { class: "all", ontoggle: () => showAll() },
+  { class: "all", ontoggle: onAll },
   html("summary", {}, "All values"),
   table,
 );
 let cells = new Map();
+
+function onAll() {
+  tellServer();
+  askValues();
+  showAll();
+}
 
 function showAll() {
   if (!all.open) {

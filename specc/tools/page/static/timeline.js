@@ -266,7 +266,7 @@ function drawBand(machine, y, place) {
     if (room >= 2) {
       const fits = span[2].length <= room;
       const text = fits ? span[2] : room > 3 ? `${span[2].slice(0, room - 1)}…` : "";
-      labels.push(svg("text", { class: look, x: from + 5, y: y + height - 5 }, text));
+      labels.push(svg("text", { class: look, x: from + 5, y: y + height / 2 + 4 }, text));
     }
   }
   const state = current ? `in ${current[2]} since ${seconds(current[0], page.digits)}` : "no state";
@@ -285,7 +285,7 @@ function drawBand(machine, y, place) {
 function drawName({ name }, y, { left, height }) {
   const room = Math.floor((left - 24) / LETTER);
   const text = name.length > room ? `…${name.slice(1 - room)}` : name;
-  return svg("text", { class: "name", x: left - 10, y: y + height - 5, "text-anchor": "end" }, text);
+  return svg("text", { class: "name", x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" }, text);
 }
 
 function placeSlider({ left, width, begin_s, end_s }) {
