@@ -131,6 +131,7 @@ class Server:
         self._is_begun = False
         self._worker = ThreadPoolExecutor(1, "questions")
         self._breakpoints: list[Any] = []
+        """Those of the controlling browser; they outlive the run."""
 
     @property
     def url(self) -> str:
@@ -169,7 +170,6 @@ class Server:
 
     def begin(self) -> None:
         """Tell all browsers of a run that begins: all of it."""
-        self._breakpoints = []
         self._is_begun = True
         for client in self._clients:
             client.forget()
