@@ -219,6 +219,8 @@ class Server:
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if len(hosts) != 1 or hosts[0] not in (f"{_HOST}:{self._port}", f"localhost:{self._port}"):
             return _refusal(HTTPStatus.FORBIDDEN)
+        if getattr(request, "method", "GET") != "GET":  # early releases know no other
+            return _refusal(HTTPStatus.METHOD_NOT_ALLOWED)
         path, _, query = request.path.partition("?")
         if origins and origins != [f"http://{hosts[0]}"]:
             return _refusal(HTTPStatus.FORBIDDEN)
