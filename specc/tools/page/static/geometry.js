@@ -128,7 +128,7 @@ export function cross(a, b) {
 }
 
 export function unit(a) {
-  const length = Math.hypot(...a) || 1;
+  const length = Math.sqrt(dot(a, a)) || 1;
   return [a[0] / length, a[1] / length, a[2] / length];
 }
 
@@ -264,5 +264,5 @@ function cornerNormal(faces, directions, own, around) {
   for (const other of around.length > MOST_AROUND ? [own] : around) {
     if (dot(directions[own], directions[other]) > SMOOTH) sum = along(sum, 1, faces[other]);
   }
-  return Math.hypot(...sum) > 0 ? unit(sum) : directions[own];
+  return dot(sum, sum) > 0 ? unit(sum) : directions[own];
 }
