@@ -222,6 +222,13 @@ class Scene {
     this.shownFrames = shown
       .map(({ name, pose }) => ({ name: String(name), pose: checkedPose(pose) }))
       .filter(({ pose }) => pose !== null);
+    const isSame = (label, n) => label.textContent === this.shownFrames[n]?.name;
+    const labels = [...this.labels.children];
+    if (labels.length !== this.shownFrames.length || !labels.every(isSame)) this.addLabels();
+    this.changed();
+  }
+
+  addLabels() {
     this.labels.replaceChildren(
       ...this.shownFrames.map(({ name }) => {
         const label = document.createElement("span");
@@ -231,7 +238,6 @@ class Scene {
         return label;
       }),
     );
-    this.changed();
   }
 
   setTheme(dark) {
