@@ -106,7 +106,7 @@ export class FrameChooser {
         this.showCarriers();
       });
       const label = document.createElement("label");
-      label.append(input, ` ${name} `, element("small", `${end} in ${base}`));
+      label.append(input, element("span", name), element("small", `${end} in ${base}`));
       box.append(label);
     }
     if (!this.settings.poses.length) box.append(element("p", "This system has no poses."));
@@ -131,7 +131,7 @@ export class FrameChooser {
           this.keep();
         });
         const label = document.createElement("label");
-        label.append(`Frame ${base} is at `, select);
+        label.append(element("span", `Frame ${base} is at`), select);
         return label;
       }),
     );

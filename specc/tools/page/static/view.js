@@ -38,8 +38,12 @@ byId("views").prepend(select, toggle, home);
 view.append(frames, notice);
 
 function openFrames() {
-  frames.hidden = !frames.hidden;
-  toggle.setAttribute("aria-expanded", String(!frames.hidden));
+  showFrames(frames.hidden);
+}
+
+function showFrames(is_open) {
+  frames.hidden = !is_open;
+  toggle.setAttribute("aria-expanded", String(is_open));
 }
 
 /** Load the scene of a run; what is to be said instead, if it cannot be shown. */
@@ -85,7 +89,7 @@ function choose(name) {
   forgetPicture();
   toggle.hidden = !is_scene || !page.hello.poses.length;
   home.hidden = !is_scene;
-  frames.hidden ||= !is_scene;
+  showFrames(is_scene && !frames.hidden);
   tellServer();
   say(is_scene || !name ? "" : "There is no picture yet.");
 }
@@ -177,6 +181,11 @@ export function showPicture(blob, { camera, time_s }) {
   say("");
 }
 
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    showFrames(false);
+  }
+});
 on("hello", build);
 on("shown", drawScene);
 on("now", follow);
