@@ -327,6 +327,8 @@ class Server:
     def _watch(self, client: Client, message: Message) -> None:
         """Note what a browser shows. Raises Malformed."""
         signals = texts_in(message, "signals") if message.get("signals") is not None else None
+        if signals is not None and message.get("frames") is not None:
+            signals += texts_in(message, "frames")
         camera = text_in(message, "camera") if message.get("camera") is not None else ""
         client.watched = Watched(signals, camera, message.get("scene") is not False)
         self._tell_watch()

@@ -204,6 +204,7 @@ function takeMoment(message) {
   }
   if (page.cursor === null) {
     page.shown.values = message.values;
+    page.shown.frames = message.frames;
     page.shown.requirements = message.requirements ?? page.shown.requirements;
   } else {
     Object.assign(page.shown, message);
