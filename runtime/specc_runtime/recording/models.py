@@ -48,7 +48,7 @@ def glb(mesh: Mesh, most: int = MOST_TRIANGLES) -> bytes:
         attributes["TEXCOORD_0"] = 2
         accessors.append(_accessor(2, _FLOAT, "VEC2", len(mesh.uv)))
         every = -(-max(mesh.texels.shape[:2]) // _MOST_TEXELS)
-        views += [mesh.uv.astype("<f4").tobytes(), _png(mesh.texels[::every, ::every])]
+        views += [mesh.uv.astype("<f4").tobytes(), png(mesh.texels[::every, ::every])]
         more = {
             "textures": [{"source": 0}],
             "images": [{"bufferView": 3, "mimeType": "image/png"}],
@@ -115,7 +115,7 @@ def coarser(corners: Array, triangles: Array, most: int) -> tuple[Array, Array]:
     return vertices, found[:most]
 
 
-def _png(texels: Array) -> bytes:
+def png(texels: Array) -> bytes:
     """A PNG of (h, w, 3) bytes."""
     height, width = texels.shape[:2]
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none

@@ -28,7 +28,7 @@ _RAW = object_schema(
         "data": _BYTES,
     }
 )
-RAW = "foxglove.RawImage"
+RAW, COMPRESSED = "foxglove.RawImage", "foxglove.CompressedImage"
 _ENCODINGS = {"rgb8": (np.uint8, 3), "32FC1": (np.float32, 1)}
 _MM_PER_M = 1000.0
 
@@ -61,7 +61,7 @@ def compressed(image: Image, look: Look) -> tuple[str, Schema, Make]:
     """Colours as JPEG, depth as PNG in whole mm: the schema and the function for a message."""
     import cv2  # noqa: F401  # a missing library is reported before the first message
 
-    return "foxglove.CompressedImage", _COMPRESSED, partial(_compressed, look)
+    return COMPRESSED, _COMPRESSED, partial(_compressed, look)
 
 
 def _compressed(look: Look, image: Image, time_s: float, frame: str) -> bytes:
