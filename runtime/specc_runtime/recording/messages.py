@@ -14,15 +14,12 @@ from pathlib import Path
 from sys import maxsize
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from specc_runtime.forms import Element, Fetch, Misshapen, NotRecorded
 from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.cells import VALUE_SCHEMA, WINDOW, digest_of
 from specc_runtime.recording.depth import DEPTH, read_depth
 from specc_runtime.recording.log import FORMAT
-from specc_runtime.recording.models import png
-from specc_runtime.recording.pictures import COMPRESSED, RAW, read_raw
+from specc_runtime.recording.pictures import RAW, read_raw
 from specc_runtime.recording.reading import (
     Attachment,
     Channel,
@@ -35,8 +32,6 @@ from specc_runtime.recording.reading import (
 from specc_runtime.recording.steps import STEP_SCHEMA, TRUTH_SCHEMA
 from specc_runtime.recording.text import loaded
 
-IMAGES = COMPRESSED, RAW, DEPTH
-"""Schemas of images."""
 LATEST_S = 1e12
 """Times in reports are earlier; what says otherwise was made by no run."""
 NOTHING = b"nothing"
@@ -292,25 +287,3 @@ def _shelve(message: bytes, schema: str, shelf: Shelved) -> None:
 def image_of(message: bytes, schema: str) -> Any:
     """The image of a message of an exact recording, read-only; raises Misshapen."""
     return read_depth(message) if schema == DEPTH else read_raw(loaded(message))
-
-
-def picture_of(message: bytes, schema: str) -> bytes:
-    """A PNG or JPEG of the message of an image, of distances from black to white.
-
-    Raises Misshapen.
-    """
-    if schema == COMPRESSED:
-        data = loaded(message)
-        found = unpacked({"bytes": data.get("data") if isinstance(data, dict) else None})
-        if not found.startswith((b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n")):
-            raise Misshapen("a picture that is neither JPEG nor PNG")
-        return found
-    image = image_of(message, schema)
-    if image.ndim == 2:
-        image = np.where(np.isfinite(image), image, 0.0)
-        span = float(np.ptp(image)) if image.size else 0.0
-        grey = np.zeros(image.shape, np.uint8)
-        if span:
-            grey = np.rint((image - image.min()) * (255 / span)).astype(np.uint8)
-        image = np.repeat(grey[:, :, None], 3, axis=2)
-    return png(image)

@@ -13,16 +13,20 @@ from typing import Any
 
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.budget import Budget, Unusable
+from specc_runtime.recording.depth import DEPTH
 from specc_runtime.recording.index import EARLIER_S, Index, Last
-from specc_runtime.recording.messages import IMAGES, LATEST_S, entries_of, picture_of
+from specc_runtime.recording.messages import LATEST_S, entries_of
+from specc_runtime.recording.pictures import COMPRESSED, RAW, shown_message
 from specc_runtime.recording.scene import POSES, SHAPES, poses_of
 from specc_runtime.recording.snapshots import CHANGES
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
+from specc_runtime.recording.verdicts import REQUIREMENTS
 from specc_runtime.sampling import PLANT
 
-OPERATIONS, VERDICTS = "/panel", "/requirements"
-"""Topics: what was done at the panel, and verdicts of requirements over time."""
+OPERATIONS = "/panel"
+"""The topic of what was done at the panel."""
+_IMAGES = COMPRESSED, RAW, DEPTH
 _MOST_MARKS = 5000
 _LONGEST = 300
 _FINAL = {"met": "holds", "violated": "violated"}
@@ -140,7 +144,7 @@ def requirements_at(index: Index, time_s: float) -> list[dict[str, Any]]:
 
     Without verdicts over time the report tells since when it is violated, and how it ended.
     """
-    data = _data(index, VERDICTS, time_s)
+    data = _data(index, REQUIREMENTS, time_s)
     verdicts = data.get("requirements") if isinstance(data, dict) else None
     if isinstance(verdicts, list):
         return [_verdict(each, _DURING) for each in verdicts if isinstance(each, dict)]
@@ -183,7 +187,7 @@ def poses_at(index: Index, time_s: float) -> dict[str, list[float]]:
         return poses_of(last.text)
 
 
-def scene_of(index: Index) -> bytes:
+def shapes_of(index: Index) -> bytes:
     """The message with the shapes of bodies; empty if there is none. Raises Unusable."""
     budget = Budget(index.path)
     _, text = next(index.messages(SHAPES, budget=budget), (0.0, b""))
@@ -195,7 +199,7 @@ def scene_of(index: Index) -> bytes:
 def pictured(index: Index) -> dict[str, str]:
     """The topics of images, by the names of the elements."""
     topics = index.topics.values()
-    return {t.name[1:].replace("/", "."): t.name for t in topics if t.schema in IMAGES}
+    return {t.name[1:].replace("/", "."): t.name for t in topics if t.schema in _IMAGES}
 
 
 def picture_at(index: Index, topic: str, time_s: float) -> tuple[float, bytes] | None:
@@ -206,4 +210,5 @@ def picture_at(index: Index, topic: str, time_s: float) -> tuple[float, bytes] |
     budget = Budget(index.path)
     with _unusable(index, topic):
         budget.aside(len(last.text))
-        return last.time_s, picture_of(last.text, index.topics[topic].schema)
+        picture = shown_message(last.text, index.topics[topic].schema)
+    return (last.time_s, picture) if picture else None

@@ -141,7 +141,7 @@ class RecordedRun:
         self._recording, self._content, self._assets = recording, content, assets
         index = recording.index
         self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
-        self._scene = assets.add(self._shapes) if recording.ask("scene_of") else None
+        self._scene = assets.add(self._shapes) if recording.ask("shapes_of") else None
 
     # All of the run.
 
@@ -264,7 +264,7 @@ class RecordedRun:
 
     def _shapes(self) -> Asset | None:
         """The bodies of the scene, as they are in the file."""
-        text = self._recording.ask("scene_of")
+        text = self._recording.ask("shapes_of")
         return Asset("application/json", text) if text else None
 
     @cached_property
