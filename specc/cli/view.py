@@ -36,62 +36,43 @@ def view(options: Namespace) -> int:
     from specc import pipeline
 
     index = call_runtime("recording.index", "Index", options.file)
-    about, texts = call_runtime("recording.messages", "recorded", options.file)
-    notices = loss_words(index.reading)
-    try:
-        values = recorded_constants(about)
-    except Refused as refused:
-        values = {}
-        notices.append(str(refused))
+    result = None
     if options.spec:
-        result = pipeline.compile_spec(options.spec, values)
+        about, _ = call_runtime("recording.messages", "recorded", options.file)
+        result = pipeline.compile_spec(options.spec, recorded_constants(about))
         if not result.ok:
             return streams.print_findings(result, options.spec) or DIFFERS
-        if [*texts.values()] != [*recorded_texts(result.sources).values()]:
-            notices.append(f"{options.spec} is not as it was recorded")
-    else:
-        result = _recorded(texts, values)
-        notices += _errors(result)
     try:
-        asyncio.run(_serve(_source(options, index, about, result, notices), options.port))
+        asyncio.run(_serve(recorded_run(index, result, options.spec or ""), options.port))
     except ModuleNotFoundError as error:
         raise missing_package(error) from error
     return print_losses(index.reading)
 
 
-def _recorded(texts: Mapping[str, str], values: Mapping[str, str]) -> Result:
-    """The specification in a recording, as data."""
-    from specc import pipeline
+def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> RecordedRun:
+    """The file of an index as a source of the page.
 
-    spec = next(iter(texts), "")
-    return pipeline.read_texts(spec, texts_by_path(texts, spec), values)
-
-
-def _errors(result: Result) -> list[str]:
-    """Why what is recorded of the specification cannot be used, if it cannot."""
-    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
-    if result.system is not None and not errors:
-        return []
-    what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST) or "there is none"
-    return [f"the specification in the file cannot be read, so values are as recorded: {what}"]
-
-
-def _source(
-    options: Namespace, index: Any, about: Mapping[str, str], result: Result, notices: list[str]
-) -> RecordedRun:
-    """The recording as a source of the page."""
+    `given` is the user's specification, compiled, at `spec`; without it that in the file is read,
+    as data. Raises Refused.
+    """
     from specc.tools.page.description import AssetShelf, Description
     from specc.tools.page.raw import RawContent
     from specc.tools.page.recorded import Content, RecordedRun, Recording, SpecifiedContent
     from specc.tools.why.lines import Explainer
 
-    spec = options.spec or ""
+    about, texts = call_runtime("recording.messages", "recorded", index.path)
+    notices = loss_words(index.reading)
+    result = given or _read_texts(about, texts, notices)
+    if given and [*texts.values()] != [*recorded_texts(given.sources).values()]:
+        notices.append(f"{spec} is not as it was recorded")
     recording = Recording(index, about, call_runtime, notices, spec)
     assets = AssetShelf()
-    content: Content = RawContent(recording)
-    if result.system is not None and not _errors(result):
+    content: Content
+    if result is None or result.system is None:
+        content = RawContent(recording)
+    else:
         explainer = Explainer(
-            spec or next(iter(s.path for s in result.sources), ""),
+            spec or next(iter(texts)),
             result.system,
             result.sources,
             is_exact=about.get("exact") == "true",
@@ -99,6 +80,27 @@ def _source(
         )
         content = SpecifiedContent(Description(result.system, result, assets), explainer)
     return RecordedRun(recording, content, assets)
+
+
+def _read_texts(
+    about: Mapping[str, str], texts: Mapping[str, str], notices: list[str]
+) -> Result | None:
+    """The specification in a recording, as data; None where it has errors, with a notice."""
+    from specc import pipeline
+
+    try:
+        values = recorded_constants(about)
+    except Refused as refused:
+        values = {}
+        notices.append(str(refused))
+    spec = next(iter(texts), "")
+    result = pipeline.read_texts(spec, texts_by_path(texts, spec), values)
+    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
+    if not errors and result.system:
+        return result
+    what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST) or "there is none"
+    notices.append(f"the specification in the file cannot be read: {what}")
+    return None
 
 
 async def _serve(source: RecordedRun, port: int) -> None:

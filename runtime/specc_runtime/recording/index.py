@@ -71,8 +71,8 @@ class Last(NamedTuple):
     """The last message of a topic and the one before it, which is empty if there is none."""
 
     before: bytes
-    text: bytes
     time_s: float
+    text: bytes
 
 
 class Names:
@@ -261,22 +261,17 @@ class Index:
 
         Raises Unusable.
         """
-        found: dict[str, list[tuple[float, bytes]]] = {n: [] for n in topics if n in self.topics}
-        places = {name: self.topics[name].place(time_s) for name in found}
-        for back in range(2):  # the one before the last may be in the chunk before
-            wanted = defaultdict[int, set[str]](set)
-            for name, place in places.items():
-                if place - back >= 0 and len(found[name]) < 2:
-                    wanted[self.topics[name].chunks[place - back]].add(name)
-            for chunk, names in wanted.items():
-                earlier = defaultdict[str, deque[tuple[float, bytes]]](lambda: deque(maxlen=2))
-                for name, at_s, text in self._within(chunk, names, budget):
-                    if at_s <= time_s + EARLIER_S:
-                        earlier[name].append((at_s, text))
-                for name, texts in earlier.items():
-                    found[name] = [*texts, *found[name]][-2:]
-        every = {name: [(0.0, b""), *texts] for name, texts in found.items() if texts}
-        return {name: Last(all_[-2][1], all_[-1][1], all_[-1][0]) for name, all_ in every.items()}
+        wanted = defaultdict[int, set[str]](set)
+        for topic in map(self.topics.get, topics):
+            if topic is not None and (place := topic.place(time_s)) >= 0:
+                for chunk in topic.chunks[max(0, place - 1) : place + 1]:
+                    wanted[chunk].add(topic.name)
+        found = defaultdict[str, deque[tuple[float, bytes]]](lambda: deque(maxlen=2))
+        for chunk, names in sorted(wanted.items()):
+            for name, at_s, text in self._within(chunk, names, budget):
+                if at_s <= time_s + EARLIER_S:
+                    found[name].append((at_s, text))
+        return {name: Last(b"" if len(t) == 1 else t[0][1], *t[-1]) for name, t in found.items()}
 
     def latest(self, name: str, time_s: float, budget: Budget) -> Iterator[bytes]:
         """The messages of a topic until then, the last one first. Raises Unusable."""
