@@ -22,6 +22,7 @@ from specc.tools.graph.page import (
     machine_picture,
     structure_picture,
 )
+from specc.tools.page.frames import carriers
 from specc.tools.page.server import Asset
 from specc.tools.plot import ListedSignal, list_signals
 
@@ -114,6 +115,7 @@ class Description:
                 "requirements": list(requirements),
                 "frames": [name for name, _ in system.frames],
                 "poses": list(self._poses()),
+                "carriers": carriers(system),
                 "constants": list(self._constants()),
             }
         )

@@ -31,6 +31,7 @@ from specc.tools.page.messages import Message, json_text
 from specc.tools.page.moments import (
     LastStep,
     flow_of,
+    frames_of,
     message_of,
     series_of,
     states_of,
@@ -284,6 +285,7 @@ class LiveRun:
             "time_s": self._time_s if time_s is None else time_s,
             "states": states_of(steps) if time_s is None else self._states_at(time_s, steps),
             "values": values_of(self._description, steps, state.get("plant"), signals),
+            "frames": frames_of(self._description, steps, state.get("plant"), signals),
             "requirements": state.get("requirements") or [],
             "poses": state.get("poses"),
             "flow": flow_of(self._description, steps),

@@ -66,6 +66,7 @@ function step() {
     page.look(page.time_s + (page.chosen?.period_s ?? 0.1));
   } else {
     page.look(null);
+    page.stepping = true;
     command("step", { type: "step", machine: page.machine });
   }
 }

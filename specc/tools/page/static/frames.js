@@ -21,7 +21,7 @@ export const WORLD = "world";
 
 /** The pose of a position (m) and an axis times an angle (rad), as signals have it; or null. */
 export function poseOfNumbers(numbers) {
-  if (!Array.isArray(numbers) || numbers.length !== 6 || !numbers.every(Number.isFinite)) return null;
+  if (numbers?.length !== 6 || !numbers.every(Number.isFinite)) return null;
   const [x, y, z, ...axis] = numbers;
   const angle = Math.hypot(...axis);
   const share = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
@@ -36,7 +36,8 @@ export class FrameChooser {
     const saved = recall(this.key);
     const names = new Set(this.settings.poses.map(({ name }) => name));
     this.shown = new Set(texts(saved?.shown).filter((name) => names.has(name)));
-    this.chosen = new Map(Object.entries(saved?.bodies ?? {}).filter(([, body]) => this.hasBody(body)));
+    const bodies = Object.entries(saved?.bodies ?? {});
+    this.chosen = new Map(bodies.filter(([, body]) => this.hasBody(body)));
     this.element = document.createElement("div");
     this.element.className = "frame-chooser";
     this.carrierBox = document.createElement("div");
@@ -79,7 +80,9 @@ export class FrameChooser {
       const value = values instanceof Map ? values.get(name) : values[name];
       const pose = value?.length === 6 ? poseOfNumbers(value) : checkedPose(value);
       const carrier = this.poseOf(this.carrier(base), bodyPoses);
-      if (pose && carrier) found.push({ name: `${name} (${end})`, pose: composePose(carrier, pose) });
+      if (pose && carrier) {
+        found.push({ name: `${name} (${end})`, pose: composePose(carrier, pose) });
+      }
     }
     return found;
   }
@@ -103,7 +106,7 @@ export class FrameChooser {
         this.showCarriers();
       });
       const label = document.createElement("label");
-      label.append(input, ` ${name} `, element("small", `${end} in ${base}`));
+      label.append(input, element("span", name), element("small", `${end} in ${base}`));
       box.append(label);
     }
     if (!this.settings.poses.length) box.append(element("p", "This system has no poses."));
@@ -128,7 +131,7 @@ export class FrameChooser {
           this.keep();
         });
         const label = document.createElement("label");
-        label.append(`Frame ${base} is at `, select);
+        label.append(element("span", `Frame ${base} is at`), select);
         return label;
       }),
     );
@@ -146,7 +149,8 @@ function element(tag, text) {
   return found;
 }
 
-const texts = (values) => (Array.isArray(values) ? values.filter((value) => typeof value === "string") : []);
+const texts = (values) =>
+  Array.isArray(values) ? values.filter((value) => typeof value === "string") : [];
 
 function recall(key) {
   try {

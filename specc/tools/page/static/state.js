@@ -77,6 +77,7 @@ export const page = {
   clients: 1,
   connected: false,
   playing: false,
+  stepping: false,
   digits: 2,
   send: () => {},
 
@@ -175,6 +176,7 @@ function takeHello(message) {
   page.now = null;
   page.cursor = null;
   page.playing = false;
+  page.stepping = false;
   page.spans = {};
   page.marks = [];
   page.shown = { time_s: message.begin_s, states: {}, values: {}, requirements: [], poses: null };
@@ -204,6 +206,7 @@ function takeMoment(message) {
   }
   if (page.cursor === null) {
     page.shown.values = message.values;
+    page.shown.frames = message.frames;
     page.shown.requirements = message.requirements ?? page.shown.requirements;
   } else {
     Object.assign(page.shown, message);
