@@ -343,13 +343,13 @@ class Feed:
 
     def end(self, data: Mapping[str, Any], exit_code: int) -> None:
         """The run is over; `data` is its report."""
-        for fault in data["faults"]:
+        for fault in data.get("faults", ()):
             if fault["subsystem"] in self._seen:
                 at = fault["stamp"], fault["time_s"], fault["message"]
                 self._seen[fault["subsystem"]].fail(*at)
             self.mark("fault", fault["time_s"], f"{fault['culprit']}: {fault['message']}")
         self.sample("ended")
-        report = {name: data[name] for name in ("faults", "requirements")}
+        report = {name: data.get(name, []) for name in ("faults", "requirements")}
         ending = {"kind": "end", "ended": data["ended"], "exit_code": exit_code, "report": report}
         self._link.post(lambda: dumped(ending), 0)
 
