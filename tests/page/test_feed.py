@@ -12,7 +12,7 @@ from specc_runtime.recording.moment import seen_at
 from specc_runtime.recording.reading import RecordFile
 
 from tests.commands import ROOT
-from tests.page.fake_server import Code, shown, written
+from tests.page.shown import Code, shown, written
 from tests.recording.runs import messages, report_of
 
 RUNS = {

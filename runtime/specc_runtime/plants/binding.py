@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from specc_runtime.contracts import Contract, as_any
+from specc_runtime.panel import PanelElement
 
 Image = Literal["rgb", "depth"]
 DepthNoise = Literal["none", "kinect"]
@@ -40,6 +41,7 @@ class SensorBinding:
         is_vector: one raw number is a vector of one, not a number.
         is_pose: the raw numbers are a position and a quaternion, w first, of which the value is
             the pose; of the noise of an orientation, in rad, each axis has its own.
+        panel: what of the operator's panel gives the value, if the plant does not.
     """
 
     name: str
@@ -58,6 +60,7 @@ class SensorBinding:
     declared: str = "any value"
     is_vector: bool = False
     is_pose: bool = False
+    panel: PanelElement | None = None
 
 
 @dataclass(frozen=True, slots=True)
