@@ -8,10 +8,10 @@ from importlib.util import find_spec
 from math import ceil
 from typing import Any
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import View
 from specc_runtime.examination import shortcomings
-from specc_runtime.live import Change
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
 from specc_runtime.plant import Posed
@@ -76,7 +76,7 @@ class Recorder:
         """See `specc_runtime.companion.Recording`."""
         self._snapshots.keep(time_s, saved)
 
-    def changed(self, change: Change, time_s: float) -> None:
+    def changed(self, change: Event, time_s: float) -> None:
         """See `specc_runtime.companion.Recording`."""
         self._snapshots.changed(change, time_s)
 
