@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import WallClock
 from specc_runtime.examination import shortcomings
 from specc_runtime.forms import Layout, Schema
@@ -17,6 +18,7 @@ from specc_runtime.live import Change
 from specc_runtime.options import Options
 from specc_runtime.page.control import Control, steered
 from specc_runtime.page.link import Link
+from specc_runtime.panel import Operation
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
@@ -292,9 +294,12 @@ class Feed:
         )
         self._next_s = 0.0
 
-    def changed(self, change: Change, time_s: float) -> None:
-        """A constant has changed."""
-        self.mark("change", time_s, f"{change.constant} = {change.value:g}, by the {change.by}")
+    def changed(self, change: Event, time_s: float) -> None:
+        """A constant has changed, or the panel was operated."""
+        if isinstance(change, Change):
+            self.mark("change", time_s, f"{change.constant} = {change.value:g}, by the {change.by}")
+        elif isinstance(change, Operation):
+            self.mark("panel", time_s, f"{change.element} = {change.value}, by the {change.by}")
 
     def mark(self, kind: str, time_s: float, text: str) -> None:
         """Something has happened."""
