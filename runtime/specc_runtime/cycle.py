@@ -325,12 +325,12 @@ class Executor:
                 elif hasattr(part, name):
                     delattr(part, name)
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str = PROGRAM) -> None:
         """Change a constant that may change; all subsystems see it from the next base tick on.
 
         Raises ValueError for another constant, and for a value that is not within its range.
         """
-        self.live.ask(name, value, PROGRAM)
+        self.live.ask(name, value, by)
 
     def adjust(self, values: Mapping[str, float]) -> None:
         """Change constants as the task says."""

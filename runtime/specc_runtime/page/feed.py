@@ -6,7 +6,9 @@ recording, are made in the thread of the link, for what is sampled only.
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Protocol
 
@@ -18,7 +20,8 @@ from specc_runtime.live import Change
 from specc_runtime.options import Options
 from specc_runtime.page.control import Control, steered
 from specc_runtime.page.link import Link
-from specc_runtime.panel import Operation
+from specc_runtime.page.pictures import Picture, Pictures
+from specc_runtime.panel import Operation, Panel
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
@@ -36,6 +39,8 @@ _PERIOD_S, _IDLE_S = 0.05, 1.0
 _MOST_CHANGES = 2000
 """Changes of states that wait for the next sample."""
 _DECIMALS = 5
+_BYTES = 200
+"""Of a picture, that weigh as much as another message."""
 Moment = tuple[float, Any]
 """The time of a message and its content."""
 
@@ -71,11 +76,14 @@ class Topics(dict[str, LastTwo]):
 class NoImages(Shelf):
     """Nothing is stored aside: images and opaque values are left out."""
 
-    def __init__(self) -> None:
+    def __init__(self, see: Callable[[str, float, Any], None] = lambda *seen: None) -> None:
+        """`see` is called with the topic and the time of an image, and with the image."""
         super().__init__(None, exact=False)
+        self._see = see
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
+        self._see(self._topic, self._time_s, value)
         return {"image": ""}
 
 
@@ -152,8 +160,12 @@ class Run(Protocol):
     def entered(self) -> Mapping[str, float]:
         """When each subsystem entered its state."""
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str) -> None:
         """Change a live constant."""
+
+    @property
+    def panel(self) -> Panel:
+        """The operator's panel."""
 
     @property
     def live(self) -> Mapping[str, float]:
@@ -182,11 +194,10 @@ class Feed:
         """Note the steps of a system that is not running yet."""
         self.has_clients = False
         self.wants_scene = False
-        self.cameras: tuple[str, ...] = ()
-        self.watched_cameras: list[str] = []
         self._link, self._control, self._options, self._system = link, control, options, system
         self._clock, self._plant = clock, plant
-        shelf, topics = NoImages(), Topics()
+        self._pictures = Pictures(plant, layouts, clock, self._say)
+        shelf, topics = NoImages(self._pictures.see), Topics()
         steps = [
             Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
         ]
@@ -261,7 +272,7 @@ class Feed:
                 for s in system.subsystems
             ],
             "bodies": list(self._posed.body_names()) if self._posed is not None else [],
-            "cameras": list(self.cameras),
+            "cameras": list(self._pictures.cameras),
             "live": [
                 {
                     "name": one.name,
@@ -273,7 +284,7 @@ class Feed:
                 }
                 for one in system.live
             ],
-            "panel": [],
+            "panel": [asdict(each) for each in system.panel],
             "can": {"pause": steered, "restart": steered},
         }
 
@@ -286,12 +297,11 @@ class Feed:
 
     def watch(self, asked: Mapping[str, Any]) -> None:
         """Show what is looked at; any thread may ask."""
-        cameras = asked.get("cameras")
         self.has_clients = bool(asked.get("clients"))
         self.wants_scene = bool(asked.get("scene"))
-        self.watched_cameras = (
-            [n for n in cameras if n in self.cameras] if isinstance(cameras, list) else []
-        )
+        cameras = asked.get("cameras")
+        named = cameras if isinstance(cameras, list) else []
+        self._pictures.wanted([name for name in named if isinstance(name, str)])
         self._next_s = 0.0
 
     def changed(self, change: Event, time_s: float) -> None:
@@ -332,7 +342,7 @@ class Feed:
             "factor": self._factor,
             "requirements": [each.so_far(self._system.tick_s) for each in run.requirements],
             "live": dict(run.live),
-            "panel": {},
+            "panel": dict(run.panel.values),
         }
         if self._options.real_time:
             state["real_time"] = {
@@ -340,11 +350,17 @@ class Feed:
                 for name, (late_s, skipped) in run.late().items()
             }
         if status != "ended":  # else the plant is closed
+            self._send_pictures(run.time_s)
             self._poses = self._poses_of(self._posed)
             self._values = self._truth(run.time_s) if self._truth is not None else ()
         state["poses"], truth = self._poses, self._values
         seen = [(each, each.present) for each in self._seen.values()]
         self._link.show(lambda: self._text(state, seen, truth))
+
+    def rest(self) -> None:
+        """The last tick is over; the plant is about to be closed."""
+        self.sample("running")
+        self._pictures.close()
 
     def end(self, data: Mapping[str, Any], exit_code: int) -> None:
         """The run is over; `data` is its report."""
@@ -368,6 +384,13 @@ class Feed:
         except Exception:  # noqa: BLE001  # whatever the user's class raises: it is only looked at
             self._posed = None
             return None
+
+    def _say(self, text: str) -> None:
+        self._link.post(dumped({"kind": "refused", "text": text}))
+
+    def _send_pictures(self, time_s: float) -> None:
+        for picture in self._pictures.take(time_s):
+            self._link.post(partial(_picture_text, picture), 1 + len(picture.data) // _BYTES)
 
     def _measure(self, now_s: float, time_s: float) -> None:
         then_s, before_s = self._before
@@ -399,6 +422,12 @@ class Feed:
         )
         plant = b",".join(dumped(name) + b":" + text() for name, text in truth)
         return b'%b,"steps":{%b},"plant":{%b}}' % (dumped(state)[:-1], steps, plant)
+
+
+def _picture_text(picture: Picture) -> bytes:
+    jpeg = b64encode(picture.data).decode()
+    data = {"kind": "picture", "camera": picture.camera, "time_s": picture.time_s, "jpeg": jpeg}
+    return dumped(data)
 
 
 def _truth_of(

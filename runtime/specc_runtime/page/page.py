@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
+from specc_runtime.changes import PAGE
 from specc_runtime.page.breakpoints import Parts, Unclear, breakpoints, machine_of, text_of
 from specc_runtime.page.control import Control
 from specc_runtime.page.link import Link
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from specc_runtime.forms import Layout
     from specc_runtime.options import Options
     from specc_runtime.page.feed import Feed, Run
+    from specc_runtime.panel import Panel
     from specc_runtime.system import System
 
 _SPEEDS = 1e-3, 1e3
@@ -170,10 +172,24 @@ class Page:
     def _set(self, command: Any) -> None:
         name = text_of(command, "name")
         if self._run is not None and name in self._run.live:
-            self._run.set_constant(name, _number(command))
+            self._run.set_constant(name, _number(command), PAGE)
             return
         text = text_of(command, "value")
         self._restart({"from_s": self._run.time_s if self._run else None, "set": {name: text}})
+
+    def _panel(self, command: Any) -> None:
+        self._panel_of_run().operate(text_of(command, "name"), command.get("value"), PAGE)
+
+    def _hold(self, command: Any) -> None:
+        self._panel_of_run().hold(text_of(command, "name"))
+
+    def _release(self, command: Any) -> None:
+        self._panel_of_run().release(text_of(command, "name"))
+
+    def _panel_of_run(self) -> Panel:
+        if self._run is None:
+            raise Unclear("there is no run whose panel could be operated")
+        return self._run.panel
 
     def _watch(self, command: Any) -> None:
         self._watched = command
@@ -220,6 +236,9 @@ _COMMANDS: Mapping[str, Callable[[Page, Any], None]] = {
     "speed": Page._speed,
     "break": Page._break,
     "set": Page._set,
+    "panel": Page._panel,
+    "hold": Page._hold,
+    "release": Page._release,
     "watch": Page._watch,
     "restart": Page._restart,
     "quit": Page._quit,
