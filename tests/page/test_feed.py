@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from specc_runtime.recording.index import Index
 from specc_runtime.recording.moment import seen_at
-from specc_runtime.recording.reading import RecordFile
 
 from tests.commands import ROOT
 from tests.page.shown import Code, shown, written
@@ -43,8 +43,7 @@ def test_steps_and_their_past_are_those_of_the_recording(name: str, tmp_path: Pa
             before = recorded.get((subsystem, one["stamp"] - 1))
             assert one["memory"] == (before["memory"] if before else None)
     for state in states[3::7]:
-        reading = RecordFile(file)
-        for seen in seen_at(file, state["time_s"], "", reading):
+        for seen in seen_at(Index(file), state["time_s"]):
             one = state["steps"].get(seen.name)
             if one is None or one["stamp"] != seen.step["stamp"]:
                 continue  # it began by then, but nobody has seen it yet

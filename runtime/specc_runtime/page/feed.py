@@ -87,7 +87,7 @@ class NoImages(Shelf):
         return {"image": ""}
 
 
-class Seen:
+class LiveSubsystem:
     """A subsystem as the page sees it, see `specc_runtime.recording.moment.Seen`."""
 
     def __init__(self, steps: Steps, last: LastTwo) -> None:
@@ -202,7 +202,7 @@ class Feed:
             Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
         ]
         self._seen = {
-            name: Seen(each, topics[topic_of(name)])
+            name: LiveSubsystem(each, topics[topic_of(name)])
             for each in steps
             for name in [each.subsystem.name]
         }
@@ -295,11 +295,11 @@ class Feed:
             self._changes.append((record.subsystem, record.time_s, record.state, seen.row))
         self._control(record)
 
-    def watch(self, asked: Mapping[str, Any]) -> None:
+    def watch(self, wishes: Mapping[str, Any]) -> None:
         """Show what is looked at; any thread may ask."""
-        self.has_clients = bool(asked.get("clients"))
-        self.wants_scene = bool(asked.get("scene"))
-        cameras = asked.get("cameras")
+        self.has_clients = bool(wishes.get("clients"))
+        self.wants_scene = bool(wishes.get("scene"))
+        cameras = wishes.get("cameras")
         named = cameras if isinstance(cameras, list) else []
         self._pictures.wanted([name for name in named if isinstance(name, str)])
         self._next_s = 0.0
@@ -409,7 +409,7 @@ class Feed:
     def _text(
         self,
         state: dict[str, Any],
-        seen: Sequence[tuple[Seen, tuple[Any, ...]]],
+        seen: Sequence[tuple[LiveSubsystem, tuple[Any, ...]]],
         truth: Sequence[tuple[str, Callable[[], bytes]]],
     ) -> bytes:
         """The text of a sample."""

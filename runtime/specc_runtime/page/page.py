@@ -41,8 +41,8 @@ class Page:
         """`descriptor` is a socket whose other end the server has."""
         self.restart: Restart | None = None
         """The run that is asked for instead of the present one."""
-        self.has_begun = False
-        """Whether there ever was a run."""
+        self.begun = 0
+        """How many runs there were."""
         self.control = Control(speed)
         self._is_quitting = False
         self._wanted = Event()
@@ -52,7 +52,7 @@ class Page:
         self._run: Run | None = None
         self._system: System | None = None
         self._parts = Parts({}, {}, ())
-        self._asked: list[Any] = []
+        self._breakpoints: list[Any] = []
         self._watched: dict[str, Any] = {"clients": 0}
         self._real_time = False
         self._link = Link(descriptor, self._obey, self._hang_up)
@@ -80,14 +80,15 @@ class Page:
         self._parts = Parts(subsystems, layouts, requirements)
         self._feed = Feed(self._link, self.control, options, system, layouts, plant, clock)
         self._feed.watch(self._watched)
-        self._break({"breakpoints": self._asked})
+        self._break({"breakpoints": self._breakpoints})
         return self._feed
 
     def begin(self, run: Run) -> None:
         """The run is about to begin, or to go on."""
         if self._feed is not None:
             self._feed.begin(run)
-            self._run, self.has_begun = run, True
+            self._run = run
+            self.begun += 1
 
     def end(self, report: Mapping[str, Any], exit_code: int) -> None:
         """The run is over."""
@@ -106,10 +107,10 @@ class Page:
         """Stay after the end of a run, until another one is asked for; None if none is."""
         while not (self._link.is_over or self._is_quitting or self._wanted.wait(0.2)):
             pass
-        asked, self.restart = self.restart, None
+        restart, self.restart = self.restart, None
         self._wanted.clear()
         self.control.go_on()
-        return asked
+        return restart
 
     def close(self) -> None:
         """Send what waits, but not for long, and hang up."""
@@ -160,11 +161,11 @@ class Page:
         self.control.set_speed(value)
 
     def _break(self, command: Any) -> None:
-        asked = command.get("breakpoints")
-        if asked:
+        listed = command.get("breakpoints")
+        if listed:
             self._refuse_in_real_time("breakpoints")
-        found, refused = breakpoints(asked, self._parts)
-        self._asked = asked
+        found, refused = breakpoints(listed, self._parts)
+        self._breakpoints = listed
         self.control.set_breakpoints(found)
         for text in refused:
             self.refuse(text)
@@ -221,7 +222,7 @@ class Page:
         self.control.go_on()
 
     def _refuse_after_the_end(self) -> None:
-        if self.has_begun and self._run is None:
+        if self.begun and self._run is None:
             raise Unclear("the run is over")
 
     def _refuse_in_real_time(self, what: str) -> None:
