@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.page.browser import NAMES, Browser, Page, program
-from tests.page.shown import GATE, Code, written
+from tests.page.fake_server import GATE, Code, written
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.commands import specc
-from tests.page.shown import GATE, Code, Message, shown, written
+from tests.page.fake_server import GATE, Code, Message, shown, written
 
 BREAK: dict[str, tuple[Message, str]] = {
     "state": (

@@ -14,7 +14,7 @@ import pytest
 from specc_runtime import application
 
 from tests.commands import ROOT
-from tests.page.shown import Code, FakeServer, shown, written
+from tests.page.fake_server import Code, FakeServer, shown, written
 
 PROGRAM = """
 import sys

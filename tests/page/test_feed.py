@@ -12,7 +12,7 @@ from specc_runtime.recording.index import Index
 from specc_runtime.recording.moment import seen_at
 
 from tests.commands import ROOT
-from tests.page.shown import Code, shown, written
+from tests.page.fake_server import Code, shown, written
 from tests.recording.runs import messages, report_of
 
 RUNS = {
@@ -42,8 +42,9 @@ def test_steps_and_their_past_are_those_of_the_recording(name: str, tmp_path: Pa
             assert one["step"] == recorded[subsystem, one["stamp"]]
             before = recorded.get((subsystem, one["stamp"] - 1))
             assert one["memory"] == (before["memory"] if before else None)
+    index = Index(file)
     for state in states[3::7]:
-        for seen in seen_at(Index(file), state["time_s"]):
+        for seen in seen_at(index, state["time_s"]):
             one = state["steps"].get(seen.name)
             if one is None or one["stamp"] != seen.step["stamp"]:
                 continue  # it began by then, but nobody has seen it yet

@@ -10,7 +10,7 @@ from typing import Any
 
 from specc_runtime.page.link import Link
 
-from tests.page.shown import Code, shown
+from tests.page.fake_server import Code, shown
 
 
 class Ends:

@@ -11,7 +11,7 @@ import pytest
 from specc_runtime import main
 
 from tests.commands import ROOT
-from tests.page.shown import Code, shown, written
+from tests.page.fake_server import Code, shown, written
 from tests.recording.runs import messages, report_of
 
 SPECS = {

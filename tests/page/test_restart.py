@@ -21,7 +21,7 @@ from specc.cli import run as command
 from specc.cli.arguments import parser
 from specc.cli.page import PageRuns
 from tests.commands import ROOT
-from tests.page.shown import GATE, FakeServer
+from tests.page.fake_server import GATE, FakeServer
 from tests.recording.runs import report_of
 from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK

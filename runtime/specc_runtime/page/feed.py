@@ -25,7 +25,7 @@ from specc_runtime.panel import Operation, Panel
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
-from specc_runtime.recording.scene import SceneWriter
+from specc_runtime.recording.scene import scene_of
 from specc_runtime.recording.steps import Steps, topic_of
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
@@ -38,9 +38,9 @@ _PERIOD_S, _IDLE_S = 0.05, 1.0
 """Wall time between two samples at least, and while nobody looks."""
 _MOST_CHANGES = 2000
 """Changes of states that wait for the next sample."""
+_PICTURE_WEIGHT = 500
+"""Of a picture, among all that waits to be sent: a slow server has few of them waiting."""
 _DECIMALS = 5
-_BYTES = 200
-"""Of a picture, that weigh as much as another message."""
 Moment = tuple[float, Any]
 """The time of a message and its content."""
 
@@ -74,10 +74,12 @@ class Topics(dict[str, LastTwo]):
 
 
 class NoImages(Shelf):
-    """Nothing is stored aside: images and opaque values are left out."""
+    """Nothing is stored aside: images and opaque values are left out.
 
-    def __init__(self, see: Callable[[str, float, Any], None] = lambda *seen: None) -> None:
-        """`see` is called with the topic and the time of an image, and with the image."""
+    `see` is told of images: their topics, times and values.
+    """
+
+    def __init__(self, see: Callable[[str, float, Any], None] = lambda *_: None) -> None:
         super().__init__(None, exact=False)
         self._see = see
 
@@ -196,7 +198,7 @@ class Feed:
         self.wants_scene = False
         self._link, self._control, self._options, self._system = link, control, options, system
         self._clock, self._plant = clock, plant
-        self._pictures = Pictures(plant, layouts, clock, self._say)
+        self._pictures = Pictures(plant, layouts, clock, self._refuse)
         shelf, topics = NoImages(self._pictures.see), Topics()
         steps = [
             Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
@@ -250,9 +252,7 @@ class Feed:
         data = self._beginning(run)
         scene = b"null"
         if self._posed is not None:
-            topics = Topics()
-            SceneWriter(topics, self._posed)
-            ((_, scene),) = [each for each in topics["/scene"].pair if each is not None]
+            scene = dumped(scene_of(self._posed))
         self._link.post(b'%b,"scene":%b}' % (dumped(data)[:-1], scene), 0)
 
     def _beginning(self, run: Run) -> dict[str, Any]:
@@ -350,9 +350,10 @@ class Feed:
                 for name, (late_s, skipped) in run.late().items()
             }
         if status != "ended":  # else the plant is closed
-            self._send_pictures(run.time_s)
             self._poses = self._poses_of(self._posed)
             self._values = self._truth(run.time_s) if self._truth is not None else ()
+            for picture in self._pictures.take(run.time_s):
+                self._link.post(partial(_picture_text, picture), _PICTURE_WEIGHT)
         state["poses"], truth = self._poses, self._values
         seen = [(each, each.present) for each in self._seen.values()]
         self._link.show(lambda: self._text(state, seen, truth))
@@ -376,6 +377,9 @@ class Feed:
 
     # How it is done.
 
+    def _refuse(self, text: str) -> None:
+        self._link.post(dumped({"kind": "refused", "text": text}))
+
     def _poses_of(self, plant: Posed | None) -> Any:
         if plant is None or not self.wants_scene:
             return None
@@ -384,13 +388,6 @@ class Feed:
         except Exception:  # noqa: BLE001  # whatever the user's class raises: it is only looked at
             self._posed = None
             return None
-
-    def _say(self, text: str) -> None:
-        self._link.post(dumped({"kind": "refused", "text": text}))
-
-    def _send_pictures(self, time_s: float) -> None:
-        for picture in self._pictures.take(time_s):
-            self._link.post(partial(_picture_text, picture), 1 + len(picture.data) // _BYTES)
 
     def _measure(self, now_s: float, time_s: float) -> None:
         then_s, before_s = self._before
@@ -425,9 +422,9 @@ class Feed:
 
 
 def _picture_text(picture: Picture) -> bytes:
-    jpeg = b64encode(picture.data).decode()
-    data = {"kind": "picture", "camera": picture.camera, "time_s": picture.time_s, "jpeg": jpeg}
-    return dumped(data)
+    data = b64encode(picture.data).decode()
+    about = {"kind": "picture", "camera": picture.camera, "time_s": picture.time_s}
+    return dumped({**about, "jpeg": data})
 
 
 def _truth_of(
