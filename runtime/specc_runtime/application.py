@@ -136,7 +136,9 @@ class _Attempt:
         self._check_interrupted()
         self._processes.begin(system, options)
         spec = system.plant
-        plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
+        plant = None
+        if spec is not None and system.needs_plant:
+            plant = self._handed_over(spec) or self._set_up(system)
         recorder = self._recorder(system, plant, snapshot.time_s if snapshot else 0.0)
         feed = self._feed(system, plant)
         session = self._session(system, plant, recorder, feed)
@@ -229,7 +231,7 @@ class _Attempt:
         """Let the recorded specification run until then, and keep what the other goes on from."""
         tick_s = load_system(self._options.directory, self._options.base).tick_s
         system = load_system(past, self._options.base)
-        plant = self._set_up(system) if system.plant is not None else None
+        plant = self._set_up(system) if system.needs_plant else None
         judge, options = open_judge(system, plant), self._options
         session = Session(options, system, plant, judge, self._clock, self._interruption)
         try:

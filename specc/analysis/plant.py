@@ -18,6 +18,7 @@ from specc.read import AllowedPaths
 
 
 PlantKind = Literal["model", "python", "ros2", ""]
+Source = Literal[PlantKind, "panel"]
 POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 
 
@@ -25,14 +26,14 @@ POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 class BoundElement:
     """A binding of an element that exists: a commanded one is an x of a device, another one a y.
 
-    What requirements observe of the plant is bound like a y. `plant` is the kind of the plant;
-    empty if it has none or several.
+    What requirements observe of the plant is bound like a y. `plant` is the kind of the plant that
+    is behind it, empty if it has none or several; or it is the operator's panel.
     """
 
     binding: Binding
     element: Element
     is_commanded: bool
-    plant: PlantKind
+    plant: Source
 
     @property
     def is_pose(self) -> bool:
@@ -74,7 +75,8 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
     known = grouped(((name, e.name), (e, commanded)) for name, e, commanded in bindable(system))
     for binding in system.plant.bindings if system.plant else ():
         for element, commanded in known.get((binding.device, binding.element), ()):
-            yield BoundElement(binding, element, commanded, plant_kind(system.plant))
+            source: Source = "panel" if binding.panel else plant_kind(system.plant)
+            yield BoundElement(binding, element, commanded, source)
 
 
 _KEYS = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}

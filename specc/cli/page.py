@@ -59,22 +59,26 @@ class PageRuns:
 
     def all(self, run: Callable[[Namespace], int]) -> int:
         """Run, and again as often as the page asks; the exit code of the last run."""
-        options = self._options
+        options, begun = self._options, 0
         while True:
+            before = self._options, list(self._past)
             code = run(options)
             page = self._page
-            if page is None or not page.has_begun:
+            if page is None or not page.begun:
                 return code
+            if page.begun == begun:  # it could not be run: what is shown is still the last one
+                self._options, self._past = before
+            begun = page.begun
             is_interrupted = code > 128 and page.restart is None
             try:
-                asked = None if is_interrupted else page.wait()
+                wanted = None if is_interrupted else page.wait()
             except interruption.Terminated:
                 raise
             except KeyboardInterrupt:  # Ctrl-C closes the page of a run that is over
                 return code
-            if asked is None:
+            if wanted is None:
                 return code
-            options = self._again(asked)
+            options = self._again(wanted)
 
     def launch(self, options: Namespace) -> Any:
         """The page of a run that is about to begin; its server is started with the first one."""
@@ -114,15 +118,15 @@ class PageRuns:
         page = import_module("specc_runtime.page.page").Page
         self._page = page(ours.detach(), options.speed)
 
-    def _again(self, asked: Any) -> Namespace:
+    def _again(self, wanted: Any) -> Namespace:
         """The options of the run that the page asks for."""
         first, last = self._first, self._options
         again = Namespace(**vars(first))
-        again.set, again.resume = last.set | asked.set, first.resume
-        if asked.from_s:
-            while len(self._past) > 1 and self._past[-1][0] > asked.from_s:
+        again.set, again.resume = last.set | wanted.set, first.resume
+        if wanted.from_s:
+            while len(self._past) > 1 and self._past[-1][0] > wanted.from_s:
                 self._past.pop()
-            again.resume = self._past[-1][1], asked.from_s
+            again.resume = self._past[-1][1], wanted.from_s
         for name in ("record", "video"):  # what earlier runs have written stays
             if file := getattr(first, name):
                 setattr(again, name, file.with_stem(f"{file.stem}-{self._count + 1}"))

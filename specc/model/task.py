@@ -32,9 +32,12 @@ class Draw:
         return next((unit for unit in units if unit != wanted), None)
 
 
-Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement", "constant"]
+Subject = Literal[
+    "coordinate", "distance", "body", "joint", "samples", "measurement", "constant", "button",
+    "control",
+]  # fmt: skip
 """A coordinate of a joint, and how far from there; a body, a joint; an element of a device; a
-constant that may change.
+constant that may change; a button of the panel, and what else there is on it.
 """
 
 
@@ -91,12 +94,16 @@ VERBS = {row.name: row for row in _ROWS}
 
 @dataclass(frozen=True, slots=True)
 class DisturbanceAction:
-    """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`."""
+    """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`.
+
+    It goes on for the duration of the disturbance if it `has_duration`.
+    """
 
     verb: str
     name: str
     numbers: tuple[Draw, ...]
     place: Place
+    has_duration: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,19 @@ from specc.cli.page import PageRuns
 from tests.commands import ROOT
 from tests.page.fake_server import GATE, FakeServer
 from tests.recording.runs import report_of
+from tests.runtime.desk import ENABLE, MODE, START, N, V
+from tests.runtime.desk import SPEC as DESK
+
+PANEL = """\
+plant:
+  bind:
+    desk.R.buttons.start: {panel: button, key: s}
+    desk.R.buttons.enable: {panel: button, hold: true}
+    desk.R.buttons.stop: {panel: switch}
+    desk.R.buttons.v: {panel: slider, range: ["0[m/s]", "0.2[m/s]"], init: "0.1[m/s]"}
+    desk.R.buttons.mode: {panel: choice, init: manual}
+    desk.R.buttons.n: {panel: number, range: [0, 10], init: 1}
+"""
 
 TELEOPERATION = ROOT / "specs/architectures/teleoperation.yaml"
 
@@ -133,6 +146,49 @@ def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
         run.server.send("restart", from_s=1.0, set={"patience": "4[s]"})
         run.ended(2)
         assert run.server.of("begin")[-1]["set"] == {"patience": "4[s]"}
+
+
+def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
+    spec, report = tmp_path / "desk.yaml", tmp_path / "report.json"
+    spec.write_text(DESK + PANEL)
+    with asked(spec, "--duration", 6, "--report", report) as run:
+        server = run.server
+        server.send("speed", value=5.0)
+        server.wait("state", lambda state: state["time_s"] > 0.5)
+        server.send("panel", name=MODE, value="auto")
+        server.send("panel", name=N, value=3)
+        server.send("panel", name=START, value=True)
+        for _ in range(5):
+            server.send("hold", name=ENABLE)
+            time.sleep(0.03)
+        held = server.wait("state", lambda state: state["panel"][ENABLE])
+        assert (held["panel"][MODE], held["panel"][N]) == ("auto", 3)
+        for wrong in (
+            {"do": "panel", "name": N, "value": 1.5},
+            {"do": "panel", "name": MODE, "value": "fast"},
+            {"do": "panel", "name": V, "value": 1e9},
+            {"do": "panel", "name": V},
+            {"do": "panel", "name": ENABLE, "value": True},
+            {"do": "hold", "name": START},
+            {"do": "release", "name": "nothing"},
+        ):
+            server.send(**wrong)
+        run.ended(1)
+        server.send("panel", name=N, value=2)
+        assert len(server.of("refused")) >= 7
+        first = report_of(report)
+        made = [(each["element"], each["value"], each["by"]) for each in first["panel"]]
+        assert set(made) == {
+            *((name, value, "page") for name, value in ((MODE, "auto"), (N, 3), (START, True))),
+            *((ENABLE, value, "page") for value in (True, False)),
+        }
+        marks = [mark for each in server.of("marks") for mark in each["marks"]]
+        assert [mark["kind"] for mark in marks].count("panel") == len(made)
+        assert max(each["time_s"] for each in first["panel"]) < 5.5
+        server.send("speed", value=None)
+        server.send("restart", from_s=5.5, set={})
+        run.ended(2)
+        assert report_of(report)["records_sha256"] == first["records_sha256"]
 
 
 def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
     PLANT,
     Agent,
+    Binding,
     Constant,
     Device,
     Element,
@@ -26,6 +27,7 @@ from specc.model.system import (
     Plant,
     Subsystem,
     System,
+    Widget,
 )
 from specc.model.task import Disturbance, Draw, Task
 from specc.model.types import Type
@@ -258,6 +260,21 @@ def _compare_observed(diff: SystemDiff, _: PartLog, old: Plant, new: Plant) -> N
         diff.log.part("binding", f"{PLANT}.{name}").changed("type", before[name], after[name])
 
 
+def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
+    part.changed("panel", *(_panel_text(each.panel) for each in (old, new)))
+
+
+def _panel_text(panel: Widget | None) -> str:
+    """What of the panel sets an element, within which range and from which value on."""
+    if panel is None:
+        return "none"
+    bounds = " to ".join(map(show, panel.bounds or ()))
+    initial = "" if panel.initial is None else f"init {show(panel.initial)}"
+    key = f"key {panel.key}" if panel.key else ""
+    texts = panel.kind, "hold" if panel.hold else "", bounds, initial, key
+    return ", ".join(text for text in texts if text)
+
+
 _Meaning = tuple[object, str, frozenset[str]]
 """A meaning, its text, and the names for parts of formulas in the text."""
 _NONE: _Meaning = None, "none", frozenset()
@@ -459,6 +476,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
         "observed": _compare_observed,
     },
+    Binding: {"panel": _compare_panel},
     Task: {"disturbances": _compare_task},
     FormulaLet: {"formula": _compare_formula, "value": None},
 }
