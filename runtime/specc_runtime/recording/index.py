@@ -1,11 +1,11 @@
 """An index of a recording: where the messages of each topic are, and when machines changed state.
 
 Made in one pass over the file, in which steps are skimmed and nothing is decoded. Then the last
-messages until a time are found by unpacking the chunks that they are in, one or two for a topic.
+messages until a time are found by unpacking the chunks that they are in.
 
 Memory: 20 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, and
-each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two in all, and
-decoding two messages for a machine.
+each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two or three in
+all, and decoding two messages for a machine.
 """
 
 from __future__ import annotations
