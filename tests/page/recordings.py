@@ -99,7 +99,7 @@ def forged_run(
                 data = (
                     content
                     if isinstance(content, bytes)
-                    else json.dumps(content, separators=(",", ":")).encode()
+                    else json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode()
                 )
                 writer.add_message(channel, number * 10**8, data, 0)
         if report is not None:
