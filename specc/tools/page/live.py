@@ -11,7 +11,6 @@ import argparse
 import asyncio
 import base64
 import binascii
-import math
 import signal
 import socket
 import sys
@@ -32,6 +31,7 @@ from specc.tools.page.messages import Message, json_text
 from specc.tools.page.moments import (
     LastStep,
     flow_of,
+    frames_of,
     message_of,
     series_of,
     states_of,
@@ -171,9 +171,8 @@ class LiveRun:
                 self._pictures[camera] = picture
                 server.tell_picture(picture)
             case {"kind": "lost"}:
-                self._mark(
-                    [_mark({"time_s": self._time_s, "kind": "lost", "text": "changes"})], server
-                )
+                text = "the page could not keep up: some of what happened is missing"
+                self._mark([{"time_s": self._time_s, "kind": "lost", "text": text}], server)
             case {"kind": "stopped" | "end" | "refused" as kind}:
                 server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
             case _:
@@ -220,7 +219,7 @@ class LiveRun:
             return None
         can = begin.get("can") or {}
         can_pause, can_restart = bool(can.get("pause")), bool(can.get("restart"))
-        panel = begin.get("panel") or []
+        panel, live = (self._described(begin.get(name) or []) for name in ("panel", "live"))
         return {
             **self._description.message,
             "source": "live",
@@ -233,16 +232,21 @@ class LiveRun:
             "cameras": begin.get("cameras") or [],
             "bodies": begin.get("bodies") or [],
             "scene": self._scene or None,
-            "live": begin.get("live") or [],
+            "live": live,
             "panel": panel,
             "set": begin.get("set") or {},
             "can": {
                 **dict.fromkeys(("pause", "step", "speed", "break"), can_pause),
                 **dict.fromkeys(("restart", "set"), can_restart),
-                "live": bool(begin.get("live")),
+                "live": bool(live),
                 "panel": bool(panel),
             },
         }
+
+    def _described(self, parts: list[Any]) -> list[Message]:
+        """Constants or elements of the panel, with titles and units of the specification."""
+        known = self._description.words
+        return [{**known.get(str(each["name"]), {}), **each} for each in parts]
 
     def spans(self) -> Message:
         """See `Source`."""
@@ -279,8 +283,9 @@ class LiveRun:
         steps = steps_of_state(state)
         return {
             "time_s": self._time_s if time_s is None else time_s,
-            "states": states_of(steps) or self._states_at(time_s),
+            "states": states_of(steps) if time_s is None else self._states_at(time_s, steps),
             "values": values_of(self._description, steps, state.get("plant"), signals),
+            "frames": frames_of(self._description, steps, state.get("plant"), signals),
             "requirements": state.get("requirements") or [],
             "poses": state.get("poses"),
             "flow": flow_of(self._description, steps),
@@ -293,13 +298,13 @@ class LiveRun:
         text = self._history.at(time_s)
         return _loaded(text) if text is not None else {}
 
-    def _states_at(self, time_s: float | None) -> dict[str, Message]:
-        """The states of machines at a time of which nothing else is kept."""
-        at_s = math.inf if time_s is None else time_s
-        found: dict[str, Message] = {}
+    def _states_at(self, time_s: float, steps: Mapping[str, LastStep]) -> dict[str, Message]:
+        """The states of machines at a time: they may have changed since the last state was sent."""
+        found = states_of(steps)
         for name in list(self._spans):
-            for last in self._changes(name, at_s)[-1:]:
-                found[name] = {"state": last.state, "since_s": last.time_s, "row": last.row}
+            for last in self._changes(name, time_s)[-1:]:
+                if name not in steps or last.time_s > steps[name].step["time"]:
+                    found[name] = {"state": last.state, "since_s": last.time_s, "row": last.row}
         return found
 
     def _changes(self, machine: str, time_s: float) -> list[StateChange]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -96,6 +97,25 @@ def values_of(
         elif (signal := description.signals.get(name)) is not None:
             data = part_of(message_of(signal, steps, plant), signal.path)
             found[name] = "" if data is None else _value_text(signal, data)
+    return found
+
+
+def frames_of(
+    description: Description,
+    steps: LastSteps,
+    plant: Mapping[str, Any] | None,
+    names: Sequence[str] | None,
+) -> dict[str, Sequence[float]]:
+    """The poses among these signals, or all: x, y, z in m, and an axis times an angle in rad."""
+    found: dict[str, Sequence[float]] = {}
+    for name in description.signals if names is None else names:
+        listed = description.signals.get(name)
+        if listed is None or listed.signal is None or not listed.signal.is_pose:
+            continue
+        data = part_of(message_of(listed, steps, plant), listed.signal.path)
+        with suppress(NotKnown):
+            if data is not None:
+                found[name] = listed.signal.numbers(data)
     return found
 
 

@@ -131,6 +131,7 @@ class Server:
         self._is_begun = False
         self._worker = ThreadPoolExecutor(1, "questions")
         self._breakpoints: list[Any] = []
+        """Those of the controlling browser; they outlive the run."""
 
     @property
     def url(self) -> str:
@@ -169,7 +170,6 @@ class Server:
 
     def begin(self) -> None:
         """Tell all browsers of a run that begins: all of it."""
-        self._breakpoints = []
         self._is_begun = True
         for client in self._clients:
             client.forget()
@@ -219,6 +219,8 @@ class Server:
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if len(hosts) != 1 or hosts[0] not in (f"{_HOST}:{self._port}", f"localhost:{self._port}"):
             return _refusal(HTTPStatus.FORBIDDEN)
+        if getattr(request, "method", "GET") != "GET":  # early releases know no other
+            return _refusal(HTTPStatus.METHOD_NOT_ALLOWED)
         path, _, query = request.path.partition("?")
         if origins and origins != [f"http://{hosts[0]}"]:
             return _refusal(HTTPStatus.FORBIDDEN)
@@ -325,6 +327,8 @@ class Server:
     def _watch(self, client: Client, message: Message) -> None:
         """Note what a browser shows. Raises Malformed."""
         signals = texts_in(message, "signals") if message.get("signals") is not None else None
+        if signals is not None and message.get("frames") is not None:
+            signals += texts_in(message, "frames")
         camera = text_in(message, "camera") if message.get("camera") is not None else ""
         client.watched = Watched(signals, camera, message.get("scene") is not False)
         self._tell_watch()
