@@ -13,8 +13,11 @@ from random import Random
 from typing import Any
 
 import pytest
+from specc_runtime.recording.index import Index
 
+from specc.cli.view import recorded_run
 from tests.commands import ROOT, specc
+from tests.page.browser import Page
 from tests.page.recordings import KEPT, forged_run, opened, served, why_text
 from tests.recording.runs import CONVEYOR, messages
 from tests.recording.test_damage import _damaged_at
@@ -243,3 +246,73 @@ def test_a_port_that_is_taken() -> None:
     with served(KEPT) as run:
         done = specc("view", KEPT, "--port", run.port)
     assert done.returncode == 2 and f"no page at port {run.port}" in done.stderr
+
+
+def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
+    file, _ = recorded
+    whole, index = opened(file), Index(file, 0.0)
+    run = recorded_run(index)
+    assert not run.is_whole and "still being read" in run.hello()["notice"][0]
+    ends = [run.hello()["end_s"]]
+    while not run.is_whole:
+        run.read_on(1e-6)
+        ends.append(run.hello()["end_s"])
+    assert ends == sorted(ends)
+    assert run.hello()["notice"] == [] and run.spans() == whole.spans()
+    for time_s in _moments(6, 6.0):
+        assert run.moment(time_s, None) == whole.moment(time_s, None)
+
+
+# In the browser.
+
+LIT = "[...document.querySelectorAll('#states .lit')].map((each) => each.id)"
+TIME = "parseFloat(document.getElementById('time').textContent)"
+
+
+def test_the_page_shows_where_a_machine_was(page: Page) -> None:
+    with served(KEPT) as run:
+        page.size(1600, 1000)
+        page.open(run.url)
+        page.wait_for("document.querySelectorAll('.bands .band').length == 5")
+        page.wait_for("document.querySelector('#source').innerText.includes('conveyor_gate.mcap')")
+        page.evaluate("document.querySelector('input.cursor').value = 3.1")
+        page.evaluate("document.querySelector('input.cursor').dispatchEvent(new Event('input'))")
+        page.wait_for(f"{TIME} == 3.1")
+        done = specc("why", f"{KEPT}@3.1", "--spec", CONVEYOR)
+        shown = "[...document.querySelectorAll('#machines > *')].map((each) => each.innerText)"
+        states = dict(line.split()[:2] for line in done.stdout.splitlines())
+        page.wait_for(f"{shown}.join(' ').includes('{states['gate.c']}')")
+        found = " ".join(page.evaluate(shown)).split()
+        assert {found[found.index(name) + 1] == state for name, state in states.items()} == {True}
+        lit = page.wait_for(f"{LIT}.length == 1 && {LIT}[0]")
+        chosen = page.evaluate("document.querySelector('#machines [aria-selected=true]').innerText")
+        assert lit.endswith(f"-s-{states[chosen.split()[0]]}")
+        assert page.errors() == []
+        assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{run.port}"}
+
+
+@pytest.mark.parametrize("is_specified", [False, True])
+def test_markup_is_shown_as_text(page: Page, is_specified: bool, tmp_path: Path) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    texts = {"specs/gate.yaml": CONVEYOR.read_text(encoding="utf-8")} if is_specified else {}
+    name = "gate.c" if is_specified else f"{evil}.c"
+    steps = {name: [{"state": "a"}, {"before": "a", "state": evil, "row": 0, "transition": evil}]}
+    report = {"faults": [{"culprit": evil, "message": evil, "time_s": 0.1}]}
+    file = forged_run(tmp_path / "run.mcap", texts, steps, report=report, system=evil)
+    with served(file) as run:
+        page.open(run.url)
+        page.wait_for("document.querySelector('#machines')?.innerText.includes('gate.c')"
+                      f" || document.querySelector('#title')?.innerText == '{evil}'")  # fmt: skip
+        page.wait_for(f"document.querySelector('#reasons').innerText.includes('{evil}')")
+        notices = page.evaluate("document.querySelector('#notices').innerText")
+        assert ("there is no specification in the file" in notices) is not is_specified
+        assert page.evaluate("[...document.images].filter((each) => each.id != 'picture')") == []
+        assert page.errors() == []
+
+
+def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
+    (tmp_path / "run.mcap").write_bytes(KEPT.read_bytes()[:100_000])
+    with served(tmp_path / "run.mcap", code=3) as run:
+        page.open(run.url)
+        page.wait_for("document.querySelector('#notices')?.innerText.includes('it was cut after')")
+        assert page.errors() == []
