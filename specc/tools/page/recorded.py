@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from threading import Lock
+from time import monotonic, sleep
 from typing import Any, Protocol
 
 from specc.refusal import Refused
@@ -28,6 +29,8 @@ _MOST_SPANS = 3000
 _MOST_DECODED = 10_000
 """Messages of a series; of more, every second one is left out, and so on."""
 _LONGEST_WINDOW_S = 600.0
+_AT_ONCE_S, _BETWEEN_S = 0.03, 0.001
+"""Wall time for which a file is read while nobody can look at it, and for which others can."""
 _EARLIER_S = 1e-6
 _NOWHERE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 _NOTHING: Message = {"t": [], "lines": [], "words": []}
@@ -111,27 +114,48 @@ def line_of(
 class Recording:
     """A file that is open: its `recording.index.Index`, and the metadata of the run.
 
-    `call` calls a function of a module of the runtime, and raises Refused. `notices` are what is to
-    be said of the file. `spec` is the user's specification, empty if there is none.
+    `call` calls a function of a module of the runtime, and raises Refused. `notices` tells what is
+    to be said of the file. `spec` is the user's specification, empty if there is none.
     """
 
     index: Any
     about: Mapping[str, str]
     call: Callable[..., Any]
-    notices: Sequence[str] = ()
+    notices: Callable[[], list[str]] = list
     spec: str = ""
+    _lock: Lock = field(default_factory=Lock)
+    """The index may be looked at while the file is being read."""
 
     def ask(self, question: str, *arguments: Any) -> Any:
         """What the file says of it; None where its messages are not those of a run."""
         try:
-            return self.call("recording.queries", question, self.index, *arguments)
+            with self._lock:
+                return self.call("recording.queries", question, self.index, *arguments)
         except Refused:
             return None
 
     def steps(self, time_s: float, only: str = "") -> dict[str, Any]:
         """The last step of each subsystem until then. Raises Refused."""
-        seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
+        with self._lock:
+            seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
         return {one.name: one for one in seen}
+
+    def spans(self) -> dict[str, list[tuple[float, float, str]]]:
+        """The spans of all machines, each with begin and end in s and the state."""
+        index, texts = self.index, self.index.names.texts
+        with self._lock:
+            return {
+                name: [(begin_s, end_s, texts[n]) for begin_s, end_s, n in own.spans(index.end_s)]
+                for name, own in index.machines.items()
+            }
+
+    def read_on(self, for_s: float) -> None:
+        """Read on for so long of wall time, or to the end. Raises Refused."""
+        end_s = monotonic() + for_s
+        while not self.index.is_whole and monotonic() < end_s:
+            with self._lock:
+                self.call("recording.index", "read_on", self.index, _AT_ONCE_S)
+            sleep(_BETWEEN_S)
 
 
 class RecordedRun:
@@ -139,9 +163,35 @@ class RecordedRun:
 
     def __init__(self, recording: Recording, content: Content, assets: AssetShelf) -> None:
         self._recording, self._content, self._assets = recording, content, assets
-        index = recording.index
+        self._scene: str | None = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Look at what is read of the file by now."""
+        recording, index = self._recording, self._recording.index
         self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
-        self._scene = assets.add(self._shapes) if recording.ask("shapes_of") else None
+        self._marks = list(recording.ask("marks") or ())
+        self._cameras = dict(recording.ask("pictured"))
+        poses = (recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
+        self._bodies = list(next(filter(None, poses), ()))
+        if self._scene is None and recording.ask("shapes_of"):
+            self._scene = self._assets.add(self._shapes)
+        length_s, self._spans = self._end_s - self._begin_s or 1.0, recording.spans()
+        for name, spans in self._spans.items():
+            if len(spans) > _MOST_SPANS:
+                band = Band(name, tuple(spans), ())
+                self._spans[name] = list(merge_short_spans(band, length_s))
+        self._last = {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the file is read."""
+        return bool(self._recording.index.is_whole)
+
+    def read_on(self, for_s: float) -> None:
+        """Read on for so long of wall time, or to the end. Raises Refused."""
+        self._recording.read_on(for_s)
+        self.refresh()
 
     # All of the run.
 
@@ -159,7 +209,7 @@ class RecordedRun:
             "begin_s": self._begin_s,
             "end_s": self._end_s,
             "duration_s": None,
-            "notice": list(recording.notices),
+            "notice": recording.notices(),
             "cameras": list(self._cameras),
             "bodies": self._bodies,
             "scene": self._scene,
@@ -172,35 +222,15 @@ class RecordedRun:
         """See `Source`."""
         return self._spans
 
-    @cached_property
-    def _spans(self) -> dict[str, list[tuple[float, float, str]]]:
-        index = self._recording.index
-        texts, length_s = index.names.texts, self._end_s - self._begin_s or 1.0
-        found = {}
-        for name, changes in index.machines.items():
-            spans = [(begin, end, texts[state]) for begin, end, state in changes.spans(self._end_s)]
-            if len(spans) > _MOST_SPANS:
-                spans = list(merge_short_spans(Band(name, tuple(spans), ()), length_s))
-            found[name] = spans
-        return found
-
     def marks(self) -> list[Message]:
         """See `Source`."""
         return self._marks
-
-    @cached_property
-    def _marks(self) -> list[Message]:
-        return list(self._recording.ask("marks") or ())
 
     # A moment.
 
     def now(self) -> Message:
         """See `Source`."""
         return self._last
-
-    @cached_property
-    def _last(self) -> Message:
-        return {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
 
     def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
         """See `Source`."""
@@ -253,11 +283,6 @@ class RecordedRun:
 
     # Scene and pictures.
 
-    @cached_property
-    def _bodies(self) -> list[str]:
-        every = (self._recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
-        return list(next(filter(None, every), ()))
-
     def _poses_at(self, time_s: float) -> list[list[float]] | None:
         poses = self._recording.ask("poses_at", time_s)
         return [poses.get(name, _NOWHERE) for name in self._bodies] if poses else None
@@ -266,11 +291,6 @@ class RecordedRun:
         """The bodies of the scene, as they are in the file."""
         text = self._recording.ask("shapes_of")
         return Asset("application/json", text) if text else None
-
-    @cached_property
-    def _cameras(self) -> Mapping[str, str]:
-        """The topics of pictures, by the names of the elements."""
-        return dict(self._recording.ask("pictured"))
 
     def asset(self, number: int) -> Asset | None:
         """See `Source`."""
