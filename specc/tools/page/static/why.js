@@ -10,6 +10,7 @@ const BETWEEN_MS = 400;
 /** Between questions while time goes on by itself. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
+const NEED = /, needs |: apart by /;
 const TIME = /^([\d.e+-]+) s\s+/;
 
 const asking = new Question("why");
@@ -134,7 +135,7 @@ function write(element, line) {
 }
 
 function splitNeed(text) {
-  const at = text.search(/, needs /);
+  const at = text.search(NEED);
   return at < 0 ? [text, ""] : [`${text.slice(0, at)} `, text.slice(at + 2)];
 }
 
