@@ -8,8 +8,10 @@ import { on, page, Question } from "./state.js";
 const REST_MS = 100;
 const BETWEEN_MS = 400;
 /** Between questions while time goes on by itself. */
+const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
+/** What is said besides. */
+const NEED = /, needs |: apart by /;
 const TIME = /^([\d.e+-]+) s\s+/;
-const NAMED = /^(?:error|terminal) (\S+?)(?: of mode .*)?$/;
 
 const asking = new Question("why");
 const reasons = byId("reasons");
@@ -79,16 +81,14 @@ function showWhere() {
 
 /** @param {import("./protocol.js").WhyLine} line */
 function breakpointOf(line) {
+  const { role, name } = line;
+  if (page.isFile || !name || name === "always" || name === "never") {
+    return null;
+  }
   const machine = page.machine;
-  const name = line.name ?? line.text.replace(/:.*$/, "").match(NAMED)?.[1];
-  if (line.role === "condition" && name && !["always", "never"].includes(name)) {
-    return { kind: "condition", machine, condition: name };
-  }
-  const row = line.name ?? line.text.replace(/^row /, "").replace(/:.*$/, "");
-  if (line.role === "row" && page.chosen?.rows.some((one) => one.label === row)) {
-    return { kind: "row", machine, row };
-  }
-  return null;
+  return role === "row"
+    ? { kind: "row", machine, row: name }
+    : { kind: "condition", machine, condition: name };
 }
 
 function truthMark(truth) {
@@ -104,7 +104,7 @@ function lineOf(line) {
   const element = html(
     is_jump ? "button" : "div",
     {
-      class: `line ${line.role}${is_judged ? " judged" : ""}`,
+      class: `line ${line.role}${is_judged ? " judged" : ""}${ASIDE.test(line.text) ? " aside" : ""}`,
       type: is_jump && "button",
       title: is_jump && "Look at this time",
       onclick: is_jump && (() => page.look(Number(line.text.match(TIME)[1]))),
@@ -113,7 +113,7 @@ function lineOf(line) {
     text,
     line.place ? placeOf(line.place) : null,
   );
-  const stop = page.isFile ? null : breakpointOf(line);
+  const stop = breakpointOf(line);
   if (stop) {
     element.append(breakpointButton(stop));
   }
@@ -135,7 +135,7 @@ function write(element, line) {
 }
 
 function splitNeed(text) {
-  const at = text.search(/, needs /);
+  const at = text.search(NEED);
   return at < 0 ? [text, ""] : [`${text.slice(0, at)} `, text.slice(at + 2)];
 }
 
