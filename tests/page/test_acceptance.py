@@ -184,25 +184,3 @@ def test_the_keyboard_is_enough(page: Page, stopped: PageRun) -> None:
     assert {("toolbar", "Control of the run"), ("tablist", "Machines")} <= roles
     page.evaluate("document.querySelector('#states .row').classList.add('flash')")
     assert page.evaluate("document.getAnimations().length") == 0
-
-
-def test_strangers_get_nothing(stopped: PageRun) -> None:
-    own = f"http://127.0.0.1:{stopped.port}"
-    socket = {
-        "Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13",
-        "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
-    }  # fmt: skip
-    answers = {
-        "200": [stopped.answer("/"), stopped.answer("/asset/0")],
-        "101": [stopped.answer("/ws", Origin=own, **socket)],
-        "403": [
-            stopped.answer("/", Cookie=""),
-            stopped.answer("/?token=guessed", Cookie=""),
-            stopped.answer("/", Host="evil.example"),
-            stopped.answer("/ws", **socket),
-            stopped.answer("/ws", Origin="http://evil.example", **socket),
-            stopped.answer("/ws", Origin=own, Cookie="", **socket),
-        ],
-        "404": [stopped.answer("/../server.py"), stopped.answer("/static/%2e%2e/server.py")],
-    }
-    assert {status: {*got} for status, got in answers.items()} == {s: {s} for s in answers}
