@@ -265,7 +265,10 @@ class Page:
         path.write_bytes(base64.b64decode(picture))
 
     def errors(self) -> list[str]:
-        """What the console of the page has of errors and warnings, and what scripts threw."""
+        """What the console of the page has of errors and warnings, and what scripts threw.
+
+        Without what a browser without a graphics card says when it copies a canvas.
+        """
         found = []
         for name, event in self._events():
             if name == "Runtime.consoleAPICalled" and event["type"] in ("error", "warning"):
@@ -276,7 +279,7 @@ class Page:
                 found.append(str(details.get("exception", {}).get("description", details)))
             elif name == "Log.entryAdded" and event["entry"]["level"] in ("error", "warning"):
                 found.append(f"{event['entry']['text']} {event['entry'].get('url', '')}")
-        return found
+        return [text for text in found if "GPU stall due to ReadPixels" not in text]
 
     def requests(self) -> list[str]:
         """The URLs that were asked for, those of WebSockets too."""
