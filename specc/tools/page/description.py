@@ -11,6 +11,7 @@ from specc.model.expr import Live
 from specc.model.fsm import State
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
+from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 from specc.pipeline import Result
 from specc.refusal import Refused
@@ -77,6 +78,20 @@ class Description:
             ends = (name, wire.peer_name) if is_sent else (wire.peer_name, name)
             if id := self._structure.arcs.get(ends):
                 yield (name, port.direction, port.peer), id
+
+    @cached_property
+    def words(self) -> dict[str, dict[str, str]]:
+        """Title and unit of constants, and of what real receptors report."""
+        found = {c.name: (c.title, c.value.type) for c in self.system.constants}
+        for device in self.system.devices:
+            found |= {f"{device.qualified_name}.{e.name}": (e.title, e.type) for e in device.y}
+        return {
+            name: {
+                "title": _shortened(title),
+                "unit": " and ".join(str(u) for u in type_.units if u != DIMENSIONLESS),
+            }
+            for name, (title, type_) in found.items()
+        }
 
     @cached_property
     def message(self) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from specc.tools.page.description import Description
 from specc.tools.page.messages import Message
 from specc.tools.plot import ListedSignal
 from specc.tools.plot.signals import unwrap_rotations
-from specc.tools.why import NotKnown, value_of, value_text
+from specc.tools.why import Explainer, NotKnown, SeenStep, WhyLine, value_of, value_text
 
 MOST_POINTS = 600
 """Of one line of a series."""
@@ -124,6 +124,23 @@ def _value_text(signal: ListedSignal, data: Any) -> str:
         return value_text(signal.type, value_of(signal.type, data))
     except NotKnown as reason:
         return str(reason)
+
+
+def why_of(explainer: Explainer, one: SeenStep | None) -> list[Message]:
+    """The lines of `why` about the last step of a subsystem."""
+    if one is None:
+        return [_as_data(WhyLine("no step of it is known at this time", 0, "state"))]
+    return [_as_data(line) for line in explainer.lines(one)]
+
+
+def _as_data(line: WhyLine) -> Message:
+    return {
+        "text": line.text,
+        "depth": line.depth,
+        "role": line.role,
+        "truth": line.truth,
+        "place": line.place or None,
+    }
 
 
 # Series of numbers over time.
