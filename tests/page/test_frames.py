@@ -27,7 +27,9 @@ def test_poses_are_numbers() -> None:
     result = pipeline.compile_spec(str(ROOT / "specs/irp_picking.yaml"))
     assert result.system is not None
     description = Description(result.system, result, AssetShelf())
-    turned = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]], float).tolist()
+    turned = (
+        np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]], float).ravel().tolist()
+    )
     step = {"state": "S1", "x": {"m": {"T_c": turned, "F_c": [0.0] * 6}}}
     steps = {"irp.c": LastStep("irp.c", step, None, 0.0, 0.0, "")}
     found = frames_of(description, steps, None, ["irp.c.x.m.T_c", "irp.c.x.m.F_c", "nothing"])
