@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
+from base64 import b64decode
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from specc_runtime import forms
+from specc_runtime import forms, main
 from specc_runtime.clock import WallClock
 from specc_runtime.forms import Element, Layout
 from specc_runtime.page.pictures import PERIOD_S, SIZE_PX, Picture, Pictures
@@ -20,6 +22,9 @@ from specc_runtime.plants.mujoco.plant import MujocoPlant
 from specc_runtime.recording.pictures import COMPRESSED, RAW, png, raw, shown, shown_message
 
 from tests.house.tree import ROOT
+from tests.page.fake_server import shown as shown_run
+from tests.page.fake_server import written
+from tests.recording.runs import report_of
 
 NO_LAYOUTS: Mapping[str, Layout] = {}
 HOT_CELL = str(ROOT / "specs" / "plants" / "hot_cell.xml")
@@ -209,3 +214,20 @@ def test_images_of_a_message() -> None:
         for schema in (RAW, COMPRESSED):
             with pytest.raises(forms.Misshapen):
                 shown_message(text, schema)
+
+
+def test_records_are_the_same_with_pictures(tmp_path: Path) -> None:
+    code = written(ROOT / "specs/irp_picking.yaml", tmp_path / "code")
+    plain, watched = tmp_path / "plain.json", tmp_path / "watched.json"
+    assert main.run(code.options(report=plain, duration_s=1.0)) in (0, 1)
+    watch = {"do": "watch", "clients": 1, "scene": False, "cameras": ["kinect", "irp.k.x.R.I_rgb"]}
+    with shown_run(code, watch, report=watched, duration_s=1.0, speed=1.0) as run:
+        run.thread.join()
+    sent = run.server.of("picture")
+    assert {message["camera"] for message in sent} == set(watch["cameras"])
+    for message in sent:
+        assert decoded(b64decode(message["jpeg"])).shape == (480, 640, 3)
+        assert 0.0 <= message["time_s"] <= 1.0
+    (begin,) = run.server.of("begin")
+    assert begin["cameras"] == ["overview", "kinect", "irp.k.x.R.I_rgb", "irp.k.x.R.I_d"]
+    assert report_of(watched)["records_sha256"] == report_of(plain)["records_sha256"]

@@ -356,7 +356,7 @@ class Feed:
                 self._seen[fault["subsystem"]].fail(*at)
             self.mark("fault", fault["time_s"], f"{fault['culprit']}: {fault['message']}")
         self.sample("ended")
-        report = {name: data[name] for name in ("faults", "requirements")}
+        report = {name: data.get(name, []) for name in ("faults", "requirements")}
         ending = {"kind": "end", "ended": data["ended"], "exit_code": exit_code, "report": report}
         self._link.post(lambda: dumped(ending), 0)
         self._pictures.close()

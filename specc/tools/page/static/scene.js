@@ -40,8 +40,8 @@ const THEMES = {
 /**
  * @typedef {object} Options
  * @property {boolean} [dark]
- * @property {(text: string) => void} [onNotice] told what of a scene cannot be shown
- * @property {(text: string) => void} [onReady] told once a scene has been drawn for the first time
+ * @property {(text: string) => void} [onNotice] gets what of a scene cannot be shown
+ * @property {() => void} [onReady] called once a scene has been drawn for the first time
  */
 
 /**
