@@ -17,7 +17,7 @@ from specc_runtime.environment import made_plant, open_judge, prepare
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, error_text
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
-from specc_runtime.loading import load_system, timed
+from specc_runtime.loading import load_layouts, load_system, timed
 from specc_runtime.options import Options, UsageError
 from specc_runtime.placement import placed
 from specc_runtime.plant import Grouped, Pictured, Viewable
@@ -30,32 +30,48 @@ from specc_runtime.system import PlantSpec, System
 from specc_runtime.watchdog import Watchdog
 
 if TYPE_CHECKING:
+    from specc_runtime.page.feed import Feed
+    from specc_runtime.page.page import Page
     from specc_runtime.recording.snapshots import Snapshot
     from specc_runtime.video import Video
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
 
-def execute(options: Options) -> int:
-    """Run what the options ask for; faults and errors go to standard error."""
+def execute(options: Options, page: Page | None = None) -> int:
+    """Run what the options ask for; faults and errors go to standard error.
+
+    A `page` shows the run.
+    """
     files = options.named_absolutely()  # operators may change the folder
     with Interruption() as interruption:
-        attempt = _Attempt(options, interruption)
+        attempt = _Attempt(options, interruption, page)
         interruption.last_resort = attempt.leave
         try:
             attempt.run()
         except (UsageError, PlantError) as error:
             say(f"error: {error}")
+            if page is not None:
+                page.refuse(str(error))
             return WRONG_USAGE
         interruption.allow(always=False)
         report = attempt.report()
         code = _write(report, files)
-    try:
-        tell(report, options)
-    except OSError:
-        if not report.interrupted:
-            raise
-        abandon(sys.stdout, sys.stderr)  # the terminal is gone that has ended the run
+    if page is None or page.restart is None:
+        try:
+            tell(report, options)
+        except OSError:
+            if not report.interrupted:
+                raise
+            abandon(sys.stdout, sys.stderr)  # the terminal is gone that has ended the run
+    code = _exit_code(attempt, report, interruption, code)
+    if page is not None:
+        page.end(report.as_data(), code)
+    return code
+
+
+def _exit_code(attempt: _Attempt, report: Report, interruption: Interruption, code: int) -> int:
+    """The exit code of a run whose report was written with this one; says what is wrong."""
     for film in attempt.lost:
         say(f"error: {film}")
     if code or attempt.lost:
@@ -72,11 +88,14 @@ def execute(options: Options) -> int:
 class _Attempt:
     """A run from the first file that it reads until its plant is closed, whatever ends it."""
 
-    def __init__(self, options: Options, interruption: Interruption) -> None:
+    def __init__(
+        self, options: Options, interruption: Interruption, page: Page | None = None
+    ) -> None:
         self.session: Session | None = None
         self.lost: list[OutputLost] = []
         self._options = options
         self._interruption = interruption
+        self._page = page
         self._clock = WallClock()
         self._faults: list[Fault] = []
         self._plant: Any = None
@@ -121,7 +140,8 @@ class _Attempt:
         if spec is not None and system.needs_plant:
             plant = self._handed_over(spec) or self._set_up(system)
         recorder = self._recorder(system, plant, snapshot.time_s if snapshot else 0.0)
-        session = self._session(system, plant, recorder)
+        feed = self._feed(system, plant)
+        session = self._session(system, plant, recorder, feed)
         if recorder is not None:
             recorder.report = session.report
         if snapshot:
@@ -131,10 +151,22 @@ class _Attempt:
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(ReportKeeper(session.report, options.report, self._clock))
+        if self._page is not None:
+            self._page.begin(session)
         self.session = session
         session.run(self._companions)
 
-    def _session(self, system: System, plant: Any, recorder: Recording | None) -> Session:
+    def _feed(self, system: System, plant: Any) -> Feed | None:
+        """What shows the run, if anything does."""
+        if self._page is None:
+            return None
+        end = self._interruption.request
+        layouts = load_layouts(system)
+        return self._page.feed(self._options, system, layouts, plant, self._clock, end)
+
+    def _session(
+        self, system: System, plant: Any, recorder: Recording | None, feed: Feed | None
+    ) -> Session:
         options, clock, interruption = self._options, self._clock, self._interruption
         if options.cycles is not None and system.task is None:
             raise UsageError(f"--cycles: {system.name} has no task; use --duration")
@@ -143,8 +175,9 @@ class _Attempt:
             raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
         judge, processes = open_judge(system, plant), self._processes
         processes.wait()
+        whole = options, system, plant, judge, clock, interruption, recorder, processes, feed
         try:
-            return Session(options, system, plant, judge, clock, interruption, recorder, processes)
+            return Session(*whole)
         except ValueError as error:
             raise UsageError(str(error)) from error
 
@@ -216,11 +249,16 @@ class _Attempt:
     def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
         """What records the run, if anything does."""
         options = self._options
-        if options.record is None:
+        if options.record is None and options.snapshots is None:
             return None
-        from specc_runtime.recording.recorder import Recorder
+        from specc_runtime.recording.recorder import Recorder, SnapshotRecorder
 
-        recorder = Recorder(options, system, plant, self._clock, begin_s)
+        recorder: SnapshotRecorder
+        if options.record is not None:
+            recorder = Recorder(options, system, plant, self._clock, begin_s)
+        else:
+            assert options.snapshots is not None
+            recorder = SnapshotRecorder(options.snapshots, options, system, self._clock, begin_s)
         self._companions.append(recorder)
         return recorder
 

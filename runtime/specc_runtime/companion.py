@@ -36,6 +36,9 @@ class View:
 class Recording(Protocol):
     """What records a run: an observer that keeps snapshots."""
 
+    is_whole: bool
+    """Whether it wants to see all of the plant that is so in truth."""
+
     def __call__(self, record: StepRecord) -> None:
         """See `Observer`."""
 

@@ -173,6 +173,14 @@ class Executor:
         until = self.tick - 1, self._now_s(), self._tick_s
         return {name: track.late_until(*until) for name, track in self._tracks.items()}
 
+    @property
+    def late(self) -> dict[str, tuple[float, int]]:
+        """How late the last step of each subsystem began by the clock, in s, and its `skipped`."""
+        begun = (
+            (name, t.began_s - t.stamp * t.ticks * self._tick_s) for name, t in self._tracks.items()
+        )
+        return {name: (max(late_s, 0.0), self._tracks[name].skipped) for name, late_s in begun}
+
     def advance(self) -> bool:
         """One base tick: commit, sample, step, let the plant move.
 

@@ -146,6 +146,8 @@ class Disturbances:
         for each in found:
             count[each.subject] += 1
             self._all.append(_Course(each, seed, count[each.subject]))
+        self.on_begin: Callable[[float, str], None] = lambda time_s, because: None
+        """Called when one begins, with why it is there."""
         self._triggers = triggers
         self._plant = plant
         self._devices = devices
@@ -159,6 +161,7 @@ class Disturbances:
                 self._act(each)
             if due_s >= each.next_s and self._holds(each.what.when) and each.repeat(time_s):
                 self._begin(each)
+                self.on_begin(time_s, each.what.because)
 
     def saved(self) -> list[dict[str, Any]]:
         """What is under way and over."""

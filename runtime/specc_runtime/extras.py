@@ -27,6 +27,7 @@ _EXTRAS = {
     "lsprotocol": "editor",
     "pygraphviz": "graph",
     "matplotlib": "plot",
+    "websockets": "ui",
     "dask": "sweep",
     "distributed": "sweep",
 }

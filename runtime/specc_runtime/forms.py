@@ -82,6 +82,7 @@ class Form:
     is_plain = True
     is_opaque = False
     is_aside = False
+    has_image = False
     codecs: Codecs = {}  # noqa: RUF012  # never written to
     """Those of the opaque types among the parts of a value."""
 
@@ -176,6 +177,7 @@ class _Items(Form):
         super().__init__({} if nested else {"type": "array", "items": inside})
         self._form = form
         self.is_plain, self.is_aside = form.is_plain, form.is_aside
+        self.has_image = form.has_image
         self.codecs = form.codecs
 
     def data(self, value: Any, aside: Aside) -> Any:
@@ -197,6 +199,7 @@ class _Optional(Form):
         super().__init__(form.schema)
         self._form = form
         self.is_plain, self.is_aside = form.is_plain, form.is_aside
+        self.has_image = form.has_image
         self.codecs = form.codecs
 
     def data(self, value: Any, aside: Aside) -> Any:
@@ -218,6 +221,7 @@ class _Record(Form):
         super().__init__(object_schema({name: form.schema for name, form in parts.items()}))
         self._parts = dict(parts)
         self.is_aside = any(form.is_aside for form in parts.values())
+        self.has_image = any(form.has_image for form in parts.values())
         self.codecs = {kind: codec for f in parts.values() for kind, codec in f.codecs.items()}
         self._order, self._build = builder(kind, self._parts.keys())
 
@@ -242,6 +246,7 @@ def record(kind: type, /, **parts: Form) -> Form:
 
 class _Image(Form):
     is_plain, is_aside = False, True
+    has_image = True
 
     def __init__(self, shape: tuple[int, ...], dtype: type) -> None:
         super().__init__({"type": "object"})

@@ -6,11 +6,15 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from specc_runtime.extras import remedy
 from specc_runtime.leftovers import Leftovers
 from specc_runtime.options import Options, parse
 from specc_runtime.printing import abandon, say
+
+if TYPE_CHECKING:
+    from specc_runtime.page.page import Page
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -29,8 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return run(options)
 
 
-def run(options: Options) -> int:
-    """Run a generated system as asked, in this process.
+def run(options: Options, page: Page | None = None) -> int:
+    """Run a generated system as asked, in this process; a `page` shows it.
 
     Exit code 0: done, all cycles fulfilled; 1: not fulfilled, or a fault; 2: wrong usage, or a file
     that cannot be read or written, the film and standard output among them; 130: interrupted, 143:
@@ -43,7 +47,7 @@ def run(options: Options) -> int:
     try:
         from specc_runtime.application import execute
 
-        return execute(options)
+        return execute(options, page)
     except ModuleNotFoundError as error:
         say(f"error: {remedy(error)}")
         return 2

@@ -53,6 +53,8 @@ class Options:
     past: Path | None = None
     """The package of the recorded specification, where it is another one."""
     record: Path | None = None
+    snapshots: Path | None = None
+    """A file for what a run can be started again from, where it is not recorded."""
     record_exact: bool = False
     record_images: ImagesName | None = None
     texts: Mapping[str, str] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from enum import Enum
 from threading import Condition, Lock, Thread
@@ -209,6 +210,32 @@ class Pictured(Protocol):
 
     def picture(self, camera: str, width: int, height: int) -> Any:
         """What a camera for people sees now: an array (height, width, 3) of uint8, RGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """A camera: its pose in a body, x, y, z in m and the quaternion w, x, y, z; it sees along its
+    -z, with y upwards. `fovy` is the vertical angle of view in rad.
+    """
+
+    camera: str
+    body: str
+    pose: tuple[float, ...]
+    fovy: float
+
+
+class Filmable(Protocol):
+    """What a plant that names its cameras has in addition."""
+
+    def viewpoints(self) -> Sequence[Viewpoint]:
+        """The cameras, and where they are; the body `world` is none of `Posed`."""
+
+
+class Photographed(Protocol):
+    """What a plant that draws pictures in a thread of its own has in addition."""
+
+    def picture_of_now(self, camera: str, width: int, height: int) -> Future[Any]:
+        """What `picture` gives, once it is drawn; the plant may go on meanwhile."""
 
 
 class Grouped(Protocol):

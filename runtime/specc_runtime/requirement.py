@@ -131,6 +131,24 @@ class Requirement:
             "values": first[1] if first else {},
         }
 
+    def so_far(self, tick_s: float) -> dict[str, Any]:
+        """Verdict and margin of the ticks that are judged, while the run goes on.
+
+        The verdict is `open` as long as there are none.
+        """
+        low, high = self._worst
+        judged = {"violated": not high[0], "open": not self._count, "unknown": not low[0]}
+        verdict = next((name for name, is_so in judged.items() if is_so), "holds")
+        first = self._first.get(verdict)
+        is_known = low == high and math.isfinite(low[1])
+        return {
+            "verdict": verdict,
+            "margin": high[1]
+            if is_known or (verdict == "violated" and math.isfinite(high[1]))
+            else None,
+            "time_s": first[0] * tick_s if first else None,
+        }
+
     def saved(self, encode: Encode) -> dict[str, Any]:
         """The state of the monitor, as plain data."""
         earlier = () if self._decided else self._earlier

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from specc_runtime.account import Account
 from specc_runtime.changes import Event
@@ -33,12 +34,16 @@ from specc_runtime.report import (
     subsystem_data,
     versions,
 )
+from specc_runtime.requirement import Requirement
 from specc_runtime.safety import LastOutput
 from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Judge, drawn
 from specc_runtime.timing import meeting, timing
+
+if TYPE_CHECKING:
+    from specc_runtime.page.feed import Feed
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -48,7 +53,7 @@ _ROUNDING = 1e-6  # times are multiples of a rounded tick
 class Session:
     """One run. `interruption` ends it early."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  # each a part of a run
         self,
         options: Options,
         system: System,
@@ -58,9 +63,12 @@ class Session:
         interruption: Interruption,
         recorder: Recording | None = None,
         processes: Processes | None = None,
+        feed: Feed | None = None,
     ) -> None:
-        """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
-        that does not hang together, UsageError for a plant that cannot be disturbed as it says.
+        """The plant is reset and its scene set; a `feed` shows the run.
+
+        Raises ValueError, AttributeError for a system that does not hang together, UsageError for a
+        plant that cannot be disturbed as it says.
         """
         self.interruption = interruption
         self.duration_s, self.wanted = _limits(options, system)
@@ -70,7 +78,11 @@ class Session:
         self._clock = clock
         self._punctuality = Punctuality(lambda: processes.scheduling if processes else {})
         over, ready = lambda: interruption.requested, self._punctuality.begin
-        self._timing = timing(options, plant, clock, over, ready)
+        self._feed = feed
+        if feed is None or options.real_time:
+            self._timing = timing(options, plant, clock, over, ready)
+        else:
+            self._timing = feed.timing(clock, over)
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False
@@ -82,8 +94,10 @@ class Session:
         self._executor = Executor(
             system,
             plant,
-            (*own, *self._account.observers),
-            onlooker=self._account.onlooker(system, plant, recorder),
+            (*own, *self._account.observers, *([] if feed is None else [feed])),
+            onlooker=self._account.onlooker(
+                system, plant, recorder if recorder and recorder.is_whole else None
+            ),
             inline=options.inline,
             clock=clock,
             timing=self._timing,
@@ -98,6 +112,8 @@ class Session:
         self._disturbances = Disturbances(
             disturb, system.triggers, plant, self._executor, options.seed
         )
+        if feed is not None:
+            self._disturbances.on_begin = partial(feed.mark, "disturbance")
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
@@ -140,6 +156,8 @@ class Session:
     def _changed(self, change: Event) -> None:
         if self._recorder is not None:
             self._recorder.changed(change, self._executor.time_s)
+        if self._feed is not None:
+            self._feed.changed(change, self._executor.time_s)
 
     def saved(self, values: Values) -> dict[str, Any]:
         """A snapshot, plain data; raises NotRecorded for what has none."""
@@ -226,7 +244,32 @@ class Session:
     @property
     def progress(self) -> int:
         """A number that changes as long as the run goes on."""
-        return self._executor.tick + self._over_now
+        return self._executor.tick + self._over_now + (self._feed.beats if self._feed else 0)
+
+    # What a page asks of it, see `specc_runtime.page.feed.Run`.
+
+    @property
+    def requirements(self) -> Sequence[Requirement]:
+        """All of them."""
+        of_system = self._account.requirements
+        return of_system.requirements if of_system is not None else ()
+
+    def entered(self) -> dict[str, float]:
+        """When each subsystem entered its state."""
+        return {each.name: entered_s for each, _, entered_s in self._executor.standing.inboxes()}
+
+    @property
+    def live(self) -> Mapping[str, float]:
+        """The values of the constants that may change."""
+        return self._executor.live.values
+
+    def cycles(self) -> Sequence[Mapping[str, Any]]:
+        """Those that are over, as in the report."""
+        return self._account.cycles.results
+
+    def late(self) -> Mapping[str, tuple[float, int]]:
+        """How late the last step of each subsystem began, in s, and the periods it has skipped."""
+        return self._executor.late
 
     def view(self) -> View:
         """The run as it is now."""
@@ -249,6 +292,8 @@ class Session:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
             self._account.finish(self._executor.tick)
+            if self._feed is not None:
+                self._feed.sample("running")
         finally:
             self.interruption.allow(always=True)
             self._executor.close()
@@ -376,6 +421,8 @@ class Session:
                 executor.wait()
                 self._begin_s = self._clock.now_s()
             self._account.advance(executor.tick)
+            if self._feed is not None:
+                self._feed.tick()
             for ticks, companion in calls:
                 is_due = executor.tick // ticks > before // ticks
                 if is_due and not self._accompanied(companion):

@@ -29,6 +29,8 @@ class Parser(argparse.ArgumentParser):
     add_options: Callable[[Parser], None] | None = None
     """Adds the options of a command once it is chosen, which takes time."""
     commands: Mapping[str, Parser] = MappingProxyType({})
+    alone: Mapping[str, str] = MappingProxyType({})
+    """Options that may stand without a value, and what they stand for then. A value needs `=`."""
     is_mixed = False
     """Whether an argument that may be left out may also stand behind options."""
     _parses = False
@@ -46,7 +48,7 @@ class Parser(argparse.ArgumentParser):
             return super().parse_known_args(args, namespace)
         self._parses = True
         self.prepare()
-        words = list(sys.argv[1:] if args is None else args)
+        words = [self.alone.get(word, word) for word in (sys.argv[1:] if args is None else args)]
         command = next((word for word in words if not word.startswith("-")), "")
         if self.commands and command and command not in self.commands:
             hint = _suggestion(command, self.commands) or f": {self.prog} --help lists them"
@@ -391,6 +393,11 @@ def _run(command: Parser) -> None:
     _add_stop(command)
     words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`; may be repeated"
     add("--publish", metavar="NAME", action="append", default=[], help=words)
+    words = (
+        "show the run in a page of this machine, --ui=PORT at that port; not faster than --speed 1"
+    )
+    add("--ui", metavar="PORT", type=number_between(int, 0, 65535), help=words)
+    command.alone = {"--ui": "--ui=0"}
     _add_from_runtime(command, "add_arguments")
 
 

@@ -22,11 +22,22 @@ from specc.diagnostics.report import report, resolve
 from specc.source import Place, Sources
 
 if TYPE_CHECKING:
+    from specc.cli.page import PageRuns
     from specc.pipeline import Result
 
 
 def run(options: Namespace) -> int:
     """Generate code into a temporary directory and simulate it."""
+    if options.ui is None:
+        return _run(options, None)
+    from specc.cli.page import PageRuns
+
+    with temporary_folder() as folder, PageRuns(options, folder) as runs:
+        return runs.all(lambda chosen: _run(chosen, runs))
+
+
+def _run(options: Namespace, runs: PageRuns | None) -> int:
+    """Build and simulate; `runs` show it."""
     from specc import pipeline
 
     if options.resume:
@@ -42,6 +53,8 @@ def run(options: Namespace) -> int:
     judged = judge_for_run(options, built.result)
     findings = judged.findings
     if judged.refused:
+        if runs is not None:
+            runs.refuse([each.diagnostic.message for each in findings])
         return print_report(report(findings, [options.spec])) or 1
     with temporary_folder() as scratch:
         directory = Path(scratch, "generated", built.system)
@@ -51,7 +64,7 @@ def run(options: Namespace) -> int:
         options.past = None
         if options.resume:
             options.past = recorded_package(options, built, Path(scratch, "recorded"))
-        return _launch(directory, options, built.result.sources)
+        return _launch(directory, options, built.result.sources, runs)
 
 
 def judge_for_run(options: Namespace, result: Result) -> JudgedFindings:
@@ -77,22 +90,24 @@ def judge_for_run(options: Namespace, result: Result) -> JudgedFindings:
     return replace(judged, findings=findings, refused=bool(missing))
 
 
-def _launch(directory: Path, options: Namespace, sources: Sources) -> int:
+def _launch(directory: Path, options: Namespace, sources: Sources, runs: PageRuns | None) -> int:
     """Exit code of a run of the code in `directory`.
 
     Raises:
         SystemExit: the runtime ended the process by itself.
     """
+    page = None if runs is None else runs.launch(options)
+    is_recorded = options.record or options.resume or page is not None
     chosen = import_module("specc_runtime.options").chosen(
         options,
         directory=directory,
         base=Path(os.path.dirname(options.spec)),
         built_with=options.set,
-        texts=recorded_texts(sources) if options.record or options.resume else {},
+        texts=recorded_texts(sources) if is_recorded else {},
     )
     runtime = import_module("specc_runtime.main")
     try:
-        code = int(runtime.run(chosen) or 0)
+        code = int(runtime.run(chosen, page) or 0)
         # While the runtime is imported, signals are heard by the command.
         return interruption.exit_code() if code == interruption.INTERRUPTED else code
     except Exception:  # noqa: BLE001 - operators are the user's own: their traceback mends them

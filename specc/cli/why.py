@@ -56,6 +56,7 @@ class _MomentReport:
         self._spec, self._only = options.spec, options.subsystem or ""
         self._system, self._sources, self._is_exact = system, sources, is_exact
         self._subsystems = {s.qualified_name: s for s in system.subsystems}
+        self._index: Any = None
 
     def print_out(self, is_other: bool) -> int:
         """Print it; the exit code. The specification may be another than the recorded one."""
@@ -63,10 +64,8 @@ class _MomentReport:
             names = ", ".join(self._subsystems)
             raise Refused(f"there is no subsystem {self._only}; there are {names}")
         file = self._file
-        reading = call_runtime("recording.reading", "RecordFile", file)
-        moments = call_runtime(
-            "recording.moment", "seen_at", file, self._time_s, self._only, reading
-        )
+        self._index = index = call_runtime("recording.index", "Index", file)
+        moments = call_runtime("recording.moment", "seen_at", index, self._time_s, self._only)
         if not moments:
             until = f" until {self._time_s:.12g} s"
             raise Refused(f"{file} has no step of {self._only or 'any subsystem'}{until}")
@@ -78,7 +77,7 @@ class _MomentReport:
             streams.print_output(self._overview(moments))
             lines = self._violations()
         streams.print_output("".join(f"{line}\n" for line in lines))
-        return int(print_losses(reading))
+        return int(print_losses(index.reading))
 
     def _overview(self, moments: list[Any]) -> str:
         """A line for each subsystem, in the order of the specification."""
@@ -102,7 +101,7 @@ class _MomentReport:
 
     def _violations(self) -> Iterator[str]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
-        found = call_runtime("recording.moment", "violations", self._file, self._time_s)
+        found = call_runtime("recording.moment", "violations", self._index, self._time_s)
         required = {each.that: each for each in self._system.requirements}
         for that, since_s in found[:_MOST_VIOLATIONS]:
             requirement = required.get(that)
@@ -112,7 +111,7 @@ class _MomentReport:
                 yield f"  {self._spec} has no such requirement"
                 continue
             yield f"  because: {_one_line(requirement.because)}"
-            steps = partial(call_runtime, "recording.moment", "last_steps", self._file)
+            steps = partial(call_runtime, "recording.moment", "last_steps", self._index)
             reasons = violation_reasons(requirement, since_s, steps, _seconds)
             yield from (f"  {line}" for line in reasons)
         if len(found) > _MOST_VIOLATIONS:

@@ -43,6 +43,7 @@ DOORS = {
     "ruamel": {"specc.read"},
     "ruckig": {"specc_runtime.operators.trajectories"},
     "tf2_ros": {"specc_runtime.ros2.host"},
+    "websockets": {"specc.tools.page.clients", "specc.tools.page.server"},
     "zstandard": {"specc_runtime.recording.container", "specc_runtime.recording.unpacking"},
     "z3": {"specc.proof.solver"},
 }

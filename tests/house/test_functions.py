@@ -41,6 +41,7 @@ OTHER_WORDS = {
         "tools/starting/ros2.py": {"position", "pose"},
     },
     "fields of other formats and protocols": {
+        "tools/page/description.py": {"pose"},
         "tools/importers/fabric_reader.py": {"min"},
         "tools/lsp/server.py": {"position"},
     },

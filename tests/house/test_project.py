@@ -53,9 +53,9 @@ def declared(*requirements: list[str]) -> set[str]:
     return {Requirement(text).name for text in chain(*requirements)} - {"specc"}
 
 
-def test_the_compiler_needs_no_extra_but_for_proofs_editors_pictures_and_sweeps() -> None:
+def test_the_compiler_needs_no_extra_but_for_proofs_editors_pictures_sweeps_and_pages() -> None:
     imported = distributions(".", "specc") | {"ruff"}  # a program, not a module
-    extras = (EXTRAS[name] for name in ("proof", "editor", "graph", "sweep"))
+    extras = (EXTRAS[name] for name in ("proof", "editor", "graph", "sweep", "ui"))
     assert imported == declared(PROJECT["dependencies"], *extras)
 
 

@@ -8,6 +8,8 @@ SPECC = Path(__file__).resolve().parents[2] / "specc"
 TELLS = "cli/main.py"
 GOES_ON = {
     "cli/explore.py": "a trace that cannot be recorded is told with its reason",
+    "tools/page/description.py": "a picture that cannot be drawn is left out",
+    "tools/page/live.py": "a process of its own tells it, and to browsers when a run begins anew",
     "cli/recordings.py": "a recorded specification that cannot be run is told with its reason",
 }
 

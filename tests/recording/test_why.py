@@ -10,9 +10,9 @@ from random import Random
 from typing import Any
 
 import pytest
+from specc_runtime.recording.index import Index
 from specc_runtime.recording.messages import recorded
 from specc_runtime.recording.moment import Seen, seen_at
-from specc_runtime.recording.reading import RecordFile
 from specc_runtime.stepping import array
 
 from specc.model.system import Subsystem, System
@@ -71,7 +71,7 @@ class Agreement:
         time_s = min(time_s, end_s) if stamp / rate_hz <= end_s else time_s
         live = lives[stamp]
         name = subsystem.qualified_name
-        (seen,) = seen_at(self.file, time_s, name, RecordFile(self.file))
+        (seen,) = seen_at(Index(self.file), time_s, name)
         assert (seen.step["stamp"], seen.step["state"]) == (stamp, live.state), (name, time_s)
         done = specc("why", f"{self.file}@{time_s}", name, "--spec", self.spec)
         assert done.returncode == 0, done.stderr

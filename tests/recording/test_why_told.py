@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from mcap.writer import Writer
+from specc_runtime.recording.index import Index
 from specc_runtime.recording.moment import violations
 
 from specc.cli.main import main
@@ -276,7 +277,7 @@ def test_verdicts_of_strangers(report: str, tmp_path: Path) -> None:
         (writer := Writer(opened)).start()
         writer.add_metadata("report", {"report": report})
         writer.finish()
-    assert violations(file, 5.0) == []
+    assert violations(Index(file), 5.0) == []
 
 
 _STEP = {

@@ -7,6 +7,7 @@ wrench at its tool.
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import time
 from contextlib import suppress
 
@@ -127,6 +128,7 @@ class Arm(Node):
 
 def main() -> None:
     """Run until somebody ends the process."""
+    faulthandler.enable()  # shows where a process is that does not end, see `end` in conftest.py
     parser = argparse.ArgumentParser()
     parser.add_argument("--rate", type=float, default=100.0)
     # In another order than readers have them.
@@ -143,10 +145,11 @@ def main() -> None:
     options = parser.parse_args()
     rclpy.init()
     arm = Arm(options)
-    print("ready", flush=True)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
         executor = MultiThreadedExecutor(num_threads=4)
         executor.add_node(arm)
+        # Whoever reads this may end the process at once, which only an executor that spins sees.
+        executor.create_task(print, "ready", flush=True)
         executor.spin()
     if options.clock:
         print(arm.clock_s, flush=True)

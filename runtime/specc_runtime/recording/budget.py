@@ -64,6 +64,10 @@ class Budget:
         is_wide = size > _HELD_BYTES // _WIDE and (not text.isascii() or b"\\u" in text)
         self._hold(size * (_WIDE if is_wide else 1) + _ITEM_BYTES * items, "a message unfolds")
 
+    def skim(self, size: int) -> None:
+        """Pay for a message of so many bytes that is searched, but not decoded. Raises Unusable."""
+        self._pay(_OF_MESSAGE + size)
+
     def aside(self, size: int) -> None:
         """Pay for a value of so many bytes that is stored aside. Raises Unusable."""
         self._pay(_OF_ASIDE * size)

@@ -9,7 +9,7 @@ from itertools import repeat
 from operator import itemgetter
 from pathlib import Path
 from threading import Event, RLock, Thread
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 import numpy as np
 
@@ -37,6 +37,28 @@ Content = bytes | Callable[[], bytes]
 Texts = Callable[[Sequence[Any], Sequence[float], Sequence[int]], Iterable[bytes]]
 """Makes the texts of messages from their contents, simulated times in s and dates in ns."""
 _date = itemgetter(2)
+
+
+class Sink(Protocol):
+    """Where messages of one topic go."""
+
+    def add(self, time_s: float, content: Any) -> None:
+        """Add a message of simulated time `time_s`, whose content does not change any more."""
+
+
+class Sinks(Protocol):
+    """Where messages go: a file, or somebody who looks at the last ones."""
+
+    def channel(
+        self,
+        topic: str,
+        schema: str,
+        form: Schema,
+        texts: Texts = ...,
+        *,
+        is_preceded: bool = ...,
+    ) -> Sink:
+        """What takes the messages of a topic; see `Log.channel`."""
 
 
 def own(path: Path) -> IO[bytes]:

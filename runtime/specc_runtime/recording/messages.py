@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from base64 import b64decode
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from pathlib import Path
+from sys import maxsize
 from typing import Any, NamedTuple
 
 from specc_runtime.forms import Element, Fetch, Misshapen, NotRecorded
@@ -123,6 +124,30 @@ def simulated_s(report: Mapping[str, str]) -> float | None:
         return None
 
 
+def report_of(metadata: Mapping[str, str]) -> Mapping[str, Any]:
+    """The report of a run in metadata; empty if it cannot be read."""
+    try:
+        report = loaded(str(metadata.get("report", "{}")).encode())
+    except Misshapen:
+        return {}
+    return report if isinstance(report, dict) else {}
+
+
+def entries_of(
+    report: Mapping[str, Any], key: str, texts: Sequence[str]
+) -> list[tuple[float, Mapping[str, Any]]]:
+    """The entries of a list in a report that have a time and these texts."""
+    entries = report.get(key)
+    return [
+        (float(entry["time_s"]), entry)
+        for entry in (entries if isinstance(entries, list) else ())
+        if isinstance(entry, dict)
+        and type(entry.get("time_s")) in (int, float)
+        and abs(entry["time_s"]) < LATEST_S
+        and all(type(entry.get(name)) is str for name in texts)
+    ]
+
+
 def first_of(about: Mapping[str, Any]) -> int:
     """The stamp of a step, or of the first period that was skipped before it. Raises Misshapen."""
     stamp, skipped = about.get("stamp"), about.get("skipped", 0)
@@ -162,9 +187,12 @@ _BEGINNING = re.compile(
 )
 
 
-def beginning_of(text: bytes) -> Beginning:
-    """Read the beginning of the message of a step without decoding the rest. Raises Misshapen."""
-    found = _BEGINNING.match(text)
+def beginning_of(text: bytes, place: int = 0, end: int = maxsize) -> Beginning:
+    """Read the beginning of the message of a step without decoding the rest. Raises Misshapen.
+
+    The message is the part of the text from a place to an end.
+    """
+    found = _BEGINNING.match(text, place, end)
     if found is None:
         raise Misshapen("a message that does not begin as that of a step")
     stamp, skipped, before, state, row, transition = found.groups()

@@ -5,13 +5,13 @@ Source: Khronos Group, glTF 2.0 specification, https://registry.khronos.org/glTF
 
 from __future__ import annotations
 
-import zlib
 from struct import pack
 from typing import Any
 
 import numpy as np
 
 from specc_runtime.plant import Mesh
+from specc_runtime.recording.pictures import png
 from specc_runtime.recording.text import dumped
 
 MOST_TRIANGLES = 10_000
@@ -48,7 +48,7 @@ def glb(mesh: Mesh, most: int = MOST_TRIANGLES) -> bytes:
         attributes["TEXCOORD_0"] = 2
         accessors.append(_accessor(2, _FLOAT, "VEC2", len(mesh.uv)))
         every = -(-max(mesh.texels.shape[:2]) // _MOST_TEXELS)
-        views += [mesh.uv.astype("<f4").tobytes(), _png(mesh.texels[::every, ::every])]
+        views += [mesh.uv.astype("<f4").tobytes(), png(mesh.texels[::every, ::every])]
         more = {
             "textures": [{"source": 0}],
             "images": [{"bufferView": 3, "mimeType": "image/png"}],
@@ -113,16 +113,3 @@ def coarser(corners: Array, triangles: Array, most: int) -> tuple[Array, Array]:
         found = three[np.sort(first)]
         cells //= 2
     return vertices, found[:most]
-
-
-def _png(texels: Array) -> bytes:
-    """A PNG of (h, w, 3) bytes."""
-    height, width = texels.shape[:2]
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = texels.reshape(height, -1)
-    head = pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        pack(">I", len(data)) + kind + data + pack(">I", zlib.crc32(kind + data))
-        for kind, data in parts
-    )

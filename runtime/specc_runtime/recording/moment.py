@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from itertools import islice
 from typing import Any
 
 from specc_runtime.forms import Misshapen
-from specc_runtime.recording.budget import Budget
-from specc_runtime.recording.messages import (
-    Shelved,
-    beginning_of,
-    simulated_s,
-    step_of,
-    steps_of,
-)
-from specc_runtime.recording.reading import Metadata, RecordFile, Unusable
-from specc_runtime.recording.snapshots import SNAPSHOTS, WRONG, every_snapshot
+from specc_runtime.recording.budget import Budget, Unusable
+from specc_runtime.recording.index import EARLIER_S, Changes, Index, Last, Names, wrong
+from specc_runtime.recording.messages import entries_of, step_of
+from specc_runtime.recording.snapshots import SNAPSHOTS, WRONG
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
-from specc_runtime.sampling import PLANT
 
-_EARLIER_S = 1e-6
 _RECENT = 5
-"""Number of last transitions that are kept."""
-_OF_SUBSYSTEM = 2000
-"""Bytes that are kept for a subsystem besides its messages."""
-_LONGEST_ROW = 300
+"""Number of last transitions that are told."""
+_MOST_SNAPSHOTS = 100
+"""Snapshots that are looked through for what messages lack."""
 
 
 @dataclass(slots=True)
@@ -47,49 +37,10 @@ class Seen:
     entered_s: float | None = None
     since_s: float | None = None
     row: str = ""
-    recent: deque[tuple[float, float, int, str]] = field(
-        default_factory=lambda: deque(maxlen=_RECENT)
-    )
+    recent: Sequence[tuple[float, float, int, str]] = ()
     """The last transitions: first and last time in s, repetitions in between, text."""
     known_from: int = -1
     """Stamp from which on no step is missing."""
-    _texts: tuple[bytes, bytes] = b"", b""
-    """The messages of the last step but one (empty if lost) and of the last step."""
-    _stamp: int = -2
-    _held_bytes: int = 0
-
-    def take(self, time_s: float, text: bytes, budget: Budget) -> None:
-        """Note the next step. Raises Misshapen, and Unusable."""
-        stamp, first, _, before, row, transition = beginning_of(text)
-        if first != self._stamp + 1:
-            self._texts, self.known_from = (b"", b""), stamp
-            self.since_s, self.row = None, ""
-        self._texts, self._stamp = (self._texts[1], text), stamp
-        self.entered_s = self.since_s
-        if row != -1 or not before:
-            self.since_s, self.row = time_s, transition[:_LONGEST_ROW]
-            self._note(time_s)
-        previous = self._held_bytes
-        self._held_bytes = max(previous, sum(map(len, self._texts)))
-        budget.keep(self._held_bytes - previous)
-
-    def _note(self, time_s: float) -> None:
-        begin_s, times = time_s, 1
-        if self.recent and self.recent[-1][-1] == self.row:
-            begin_s, _, times, _ = self.recent.pop()
-            times += 1
-        if self.row:
-            self.recent.append((begin_s, time_s, times, self.row))
-
-    def finish(self) -> None:
-        """Decode the last messages. Raises Misshapen."""
-        before, last = self._texts
-        self.step = step_of(last)
-        if self.step["state"] != self.step.get("before") and not self.step.get("transition"):
-            self.since_s, self.row = float(self.step["time"]), ""  # it failed after its row
-        if before:
-            memory = step_of(before).get("memory")
-            self.memory = memory if isinstance(memory, dict) else None
 
     def go_on_from(self, stamp: int, saved: Mapping[str, Any]) -> None:
         """Fill lost data from a snapshot after the step of that stamp."""
@@ -103,80 +54,96 @@ class Seen:
             self.memory = {name: data for name, data in saved["memory"].items() if "." not in name}
 
 
-def seen_at(file: Path, time_s: float, only: str, reading: RecordFile) -> list[Seen]:
+def seen_at(index: Index, time_s: float, only: str = "") -> list[Seen]:
     """The subsystems with a step until then, or `only` the named one.
 
     Raises Unusable, also for a moment that is not in the file.
     """
-    shelf, found = Shelved(0), dict[str, Seen]()  # no values stored aside
-    begin_s, end_s = float("inf"), 0.0
-    for topic, at_s, text in steps_of(reading, shelf, images=False):
-        if topic == topic_of(PLANT):
-            continue
-        begin_s, end_s = min(begin_s, at_s), max(end_s, at_s)
-        if at_s > time_s + _EARLIER_S or only not in ("", topic[1:]):
-            continue
-        if topic not in found:
-            reading.budget.keep(_OF_SUBSYSTEM + len(topic))
-            found[topic] = Seen(topic[1:])
-        with _telling(file, topic, at_s):
-            found[topic].take(at_s, text, reading.budget)
-    _check_inside(file, time_s, begin_s, max(end_s, simulated_s(shelf.report) or 0.0))
-    for topic, one in found.items():
-        with _telling(file, topic, one.since_s or 0.0):
-            one.finish()
-    _fill(file, [one for one in found.values() if one.entered_s is None or one.memory is None])
-    return list(found.values())
+    _check_inside(index, time_s)
+    machines = {topic_of(n): m for n, m in index.machines.items() if only in ("", n)}
+    budget, found = Budget(index.path), []
+    for topic, last in index.last(machines, time_s, budget).items():
+        try:
+            found.append(_seen(topic[1:], last, machines[topic], index.names, budget))
+        except Misshapen as error:
+            raise wrong(index.path, topic, last.time_s, error) from None
+    lacking = [one for one in found if one.entered_s is None or one.memory is None]
+    _fill(index, time_s, [one for one in lacking if one.known_from > 0], budget)
+    return found
 
 
-def last_steps(file: Path, time_s: float) -> dict[str, Mapping[str, Any]]:
+def _seen(name: str, last: Last, changes: Changes, names: Names, budget: Budget) -> Seen:
+    """A machine at its last step. Raises Misshapen, and Unusable."""
+    number = bisect_right(changes.times_s, last.time_s) - 1
+    gap = bisect_right(changes.gaps_s, last.time_s) - 1
+    is_after_gap = changes.gaps_s[gap] == last.time_s
+    budget.decode(last.text)
+    one = Seen(
+        name,
+        step_of(last.text),
+        since_s=changes.since_s(number),
+        row=names.texts[changes.rows[number]],
+        recent=[*_recent(changes, names, number)][::-1],
+        known_from=changes.gap_stamps[gap],
+    )
+    if not is_after_gap:
+        is_change = changes.times_s[number] == last.time_s
+        one.entered_s = changes.since_s(number - is_change)
+        budget.decode(last.before)
+        memory = step_of(last.before).get("memory")
+        one.memory = memory if isinstance(memory, dict) else None
+    if one.step["state"] != one.step.get("before") and not one.step["transition"]:
+        one.since_s, one.row = float(one.step["time"]), ""  # it failed after its row
+    return one
+
+
+def _recent(changes: Changes, names: Names, number: int) -> Iterator[tuple[float, float, int, str]]:
+    """The last transitions until a change, the last one first, as `Seen` has them."""
+    shown = 0
+    while number >= 0 and shown < _RECENT:
+        first = changes.runs[number]
+        if row := names.texts[changes.rows[number]]:
+            yield changes.times_s[first], changes.times_s[number], number - first + 1, row
+            shown += 1
+        number = first - 1
+
+
+def last_steps(index: Index, time_s: float) -> dict[str, Mapping[str, Any]]:
     """The last step of each subsystem until then; none for a moment that is not in the file."""
     try:
-        return {one.name: one.step for one in seen_at(file, time_s, "", RecordFile(file))}
+        return {one.name: one.step for one in seen_at(index, time_s)}
     except Unusable:
         return {}
 
 
-def violations(file: Path, time_s: float) -> list[tuple[str, float]]:
+def violations(index: Index, time_s: float) -> list[tuple[str, float]]:
     """Requirements that were violated by then, and since when, as the report in the file says."""
-    report: Mapping[str, str] = {}
-    for record in RecordFile(file, {SNAPSHOTS}):
-        if isinstance(record, Metadata) and record.name == "report":
-            report = record.metadata
-    try:
-        entries = loaded(report["report"].encode())["requirements"]
-        violated = [e for e in entries if e["verdict"] == "violated"]
-        found = [(str(e["that"]), float(e["time_s"])) for e in violated if e["time_s"] is not None]
-    except WRONG:  # there is none, or it is not one of a run
-        return []
-    return [(that, since_s) for that, since_s in found if 0 <= since_s <= time_s + _EARLIER_S]
+    return [
+        (entry["that"], since_s)
+        for since_s, entry in entries_of(index.report, "requirements", ("that", "verdict"))
+        if entry["verdict"] == "violated" and 0 <= since_s <= time_s + EARLIER_S
+    ]
 
 
-@contextmanager
-def _telling(file: Path, topic: str, time_s: float) -> Iterator[None]:
-    """Turn Misshapen into Unusable, with the topic and time of the message."""
-    try:
-        yield
-    except Misshapen as error:
-        raise Unusable(f"{file}: {topic} at {time_s:.12g} s: {error}") from None
-
-
-def _check_inside(file: Path, time_s: float, begin_s: float, end_s: float) -> None:
-    if begin_s > end_s:
+def _check_inside(index: Index, time_s: float) -> None:
+    file, begin_s, end_s = index.path, index.begin_s, index.end_s
+    if not index.machines or begin_s > end_s:
         raise Unusable(f"{file} has no steps")
-    if time_s > end_s + _EARLIER_S:
+    if time_s > end_s + EARLIER_S:
         raise Unusable(f"{file} ends at {end_s:.12g} s, before {time_s:.12g} s")
-    if time_s < begin_s - _EARLIER_S:
+    if time_s < begin_s - EARLIER_S:
         raise Unusable(f"{file} begins at {begin_s:.12g} s, after {time_s:.12g} s")
 
 
-def _fill(file: Path, seen: list[Seen]) -> None:
+def _fill(index: Index, time_s: float, lacking: list[Seen], budget: Budget) -> None:
     """Fill data that messages lack from snapshots: of a continued run, or of lost parts."""
-    lacking = [one for one in seen if one.known_from > 0]
-    for snapshot in every_snapshot(file) if lacking else ():
-        for one in lacking:
-            try:
+    texts = index.latest(SNAPSHOTS, time_s, budget) if lacking else ()
+    for text in islice(texts, _MOST_SNAPSHOTS):
+        try:
+            snapshot = loaded(text)
+            for one in lacking:
                 if type(stamp := snapshot["stamps"][one.name]) is int:
                     one.go_on_from(stamp, snapshot["subsystems"][one.name])
-            except WRONG:  # not a snapshot
-                continue
+        except WRONG:  # not a snapshot
+            continue
+        lacking = [one for one in lacking if one.entered_s is None or one.memory is None]

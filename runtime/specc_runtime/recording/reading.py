@@ -34,6 +34,8 @@ from specc_runtime.report import RECORDING, check_writable
 __all__ = [
     "Attachment",
     "Channel",
+    "Chunk",
+    "McapRecord",
     "Message",
     "Metadata",
     "RecordFile",
@@ -68,6 +70,17 @@ class RecordFile:
 
     def __iter__(self) -> Iterator[McapRecord]:
         """Schemas, channels, messages, metadata and attachments. Raises Unusable."""
+        for _, record in self.placed():
+            for found in self._inside(record):
+                if isinstance(found, Channel) and found.topic not in self._topics:
+                    self._unwanted.add(found.id)
+                yield found
+
+    def placed(self) -> Iterator[tuple[int, McapRecord]]:
+        """The records as they lie in the file, chunks as a whole, each with its place there.
+
+        Raises Unusable.
+        """
         try:
             file = self.path.open("rb")
         except OSError as error:
@@ -75,28 +88,22 @@ class RecordFile:
         with file:
             if not _is_magic(file.read(len(MAGIC))):
                 raise Unusable(f"{self.path} is no MCAP file")
-            for record in self._wanted(self._records(file)):
-                for found in self._inside(record):
-                    if isinstance(found, Channel) and found.topic not in self._topics:
-                        self._unwanted.add(found.id)
-                    yield found
+            yield from self._wanted(self._records(file))
 
-    def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
+    def _records(self, file: IO[bytes]) -> Iterator[tuple[int, McapRecord]]:
         """The records before the index of the file, which only repeats them."""
         spans = Spans(file)
         for span in spans:
-            yield from self._within(span, FRAME.size if is_copies(span) else 0)
+            within = FRAME.size if is_copies(span) else 0
+            while within + FRAME.size <= len(span):
+                end = within + FRAME.size + FRAME.unpack_from(span, within)[1]
+                for record in self._record(span[within:end]):
+                    yield spans.place + within, record
+                within = end
             self.damaged, spans.damaged = self.damaged + spans.damaged, 0
         self.damaged, self.cut = self.damaged + spans.damaged, spans.cut
         if not spans.found:
             yield from self._each(file)
-
-    def _within(self, span: bytes, place: int) -> Iterator[McapRecord]:
-        """The records of an undamaged span, from a place in it on."""
-        while place + FRAME.size <= len(span):
-            end = place + FRAME.size + FRAME.unpack_from(span, place)[1]
-            yield from self._record(span[place:end])
-            place = end
 
     def _record(self, text: bytes) -> Iterator[McapRecord]:
         """The record, or None if it is none or of a kind that applications add."""
@@ -111,7 +118,7 @@ class RecordFile:
         else:
             yield found
 
-    def _each(self, file: IO[bytes]) -> Iterator[McapRecord]:
+    def _each(self, file: IO[bytes]) -> Iterator[tuple[int, McapRecord]]:
         """The records of a file without spans, read one by one."""
         end, begin = os.fstat(file.fileno()).st_size, len(MAGIC)
         while begin + FRAME.size <= end:
@@ -122,20 +129,23 @@ class RecordFile:
                 return
             if kind == Opcode.DATA_END:
                 return
-            begin += FRAME.size + length
+            place, begin = begin, begin + FRAME.size + length
             if begin > end:
                 break
-            yield from self._record(head + file.read(length))
+            for record in self._record(head + file.read(length)):
+                yield place, record
         # A file with a proper end was not cut: one of its lengths is wrong.
         file.seek(-len(MAGIC), os.SEEK_END)
         self.cut = file.read() != MAGIC
         self.damaged += not self.cut
 
-    def _wanted(self, records: Iterable[McapRecord]) -> Iterator[McapRecord]:
+    def _wanted(
+        self, records: Iterable[tuple[int, McapRecord]]
+    ) -> Iterator[tuple[int, McapRecord]]:
         """The records without chunks whose index lists no wanted topic."""
-        chunk: Chunk | None = None
+        chunk: tuple[int, Chunk] | None = None
         inside: set[int] = set()
-        for record in records:
+        for place, record in records:
             if isinstance(record, MessageIndex):
                 inside.add(record.channel_id)
                 continue
@@ -143,10 +153,10 @@ class RecordFile:
                 yield chunk
             chunk, inside = None, set()
             if isinstance(record, Chunk):
-                chunk = record
+                chunk = place, record
                 self.last_s = max(self.last_s, record.message_end_time / 1e9)
             else:
-                yield record
+                yield place, record
         if chunk is not None and self._is_wanted(inside):
             yield chunk
 

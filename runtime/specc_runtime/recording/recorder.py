@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from importlib.util import find_spec
 from math import ceil
+from pathlib import Path
 from typing import Any
 
 from specc_runtime.changes import Event
@@ -22,6 +23,7 @@ from specc_runtime.recording.scene import PERIOD_S, SceneWriter
 from specc_runtime.recording.snapshots import Snapshots
 from specc_runtime.recording.steps import Steps, Truth
 from specc_runtime.recording.text import dumped
+from specc_runtime.recording.verdicts import Verdicts
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, versions
 from specc_runtime.sampling import PLANT
@@ -31,8 +33,60 @@ from specc_runtime.system import System
 _ROUNDING = 1e-6  # times are multiples of a rounded tick
 
 
-class Recorder:
-    """Writes every step of a run; an observer of its records and a companion."""
+class SnapshotRecorder:
+    """Writes from what a run can be started again; an observer of its records and a companion."""
+
+    is_whole = False
+    """Whether it writes steps, and the ground truth."""
+
+    def __init__(
+        self, file: Path, options: Options, system: System, clock: WallClock, begin_s: float
+    ) -> None:
+        """Begin recording, at `begin_s` of simulated time.
+
+        Raises UsageError if the file cannot be written.
+        """
+        self.log = Log(file, clock)
+        self.log.note("specc", _about(options, system, begin_s))
+        for name, text in options.texts.items():
+            self.log.attach(name, "application/yaml", text.encode())
+        self._snapshots = Snapshots(self.log, system, load_layouts(system))
+        self.period_s = max(PERIOD_S, system.tick_s)
+        self.report: Callable[[], Report] | None = None
+
+    def __call__(self, record: StepRecord) -> None:
+        """See a committed step."""
+
+    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
+        """See `specc_runtime.companion.Recording`."""
+        self._snapshots.keep(time_s, saved)
+
+    def changed(self, change: Event, time_s: float) -> None:
+        """See `specc_runtime.companion.Recording`."""
+        self._snapshots.changed(change, time_s)
+
+    def tick(self, view: View) -> None:
+        """See `Companion`."""
+
+    def close(self) -> None:
+        """See `Companion`. Raises OutputLost if writing failed."""
+        if self.report is not None:
+            report = self.report().as_data()
+            self._finish(report)
+            text = json.dumps(report, ensure_ascii=False, allow_nan=False)
+            # Bytes of a file name that are not UTF-8 are escaped.
+            shown = text.encode("utf-8", "backslashreplace").decode()
+            self.log.note("report", {"report": shown})
+        self.log.close()
+
+    def _finish(self, report: dict[str, Any]) -> None:
+        """Write what is known at the end."""
+
+
+class Recorder(SnapshotRecorder):
+    """Writes every step of a run, too."""
+
+    is_whole = True
 
     def __init__(
         self,
@@ -47,23 +101,19 @@ class Recorder:
         Raises UsageError if the file cannot be written.
         """
         assert options.record is not None
+        super().__init__(options.record, options, system, clock, begin_s)
         layouts = load_layouts(system)
-        self.log = Log(options.record, clock)
-        self.log.note("specc", _about(options, system, begin_s))
-        for name, text in options.texts.items():
-            self.log.attach(name, "application/yaml", text.encode())
         look = LOOKS.get(options.record_images or "small")
         shelf = Shelf(self.log, options.record_exact or not _has_pictures(), look)
         self._steps = {
             s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self.log)
             for s in system.subsystems
         }
-        self._snapshots = Snapshots(self.log, system, layouts)
         self._truth = Truth(layouts[PLANT], shelf, self.log) if PLANT in layouts else None
         posed = plant is not None and not shortcomings(plant, Posed)
         self._scene = SceneWriter(self.log, plant) if posed else None
-        self.period_s = max(PERIOD_S, system.tick_s)
-        self.report: Callable[[], Report] | None = None
+        found = system.requirements
+        self._verdicts = Verdicts(self.log, found.requirements, system.tick_s) if found else None
 
     def __call__(self, record: StepRecord) -> None:
         """Write a committed step, or the ground truth of the plant at a tick."""
@@ -72,32 +122,20 @@ class Recorder:
         else:
             self._steps[record.subsystem].add(record)
 
-    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
-        """See `specc_runtime.companion.Recording`."""
-        self._snapshots.keep(time_s, saved)
-
-    def changed(self, change: Event, time_s: float) -> None:
-        """See `specc_runtime.companion.Recording`."""
-        self._snapshots.changed(change, time_s)
-
     def tick(self, view: View) -> None:
         """See `Companion`."""
         if self._scene is not None:
             self._scene.note(view.time_s)
+        if self._verdicts is not None:
+            self._verdicts.note(view.time_s)
 
-    def close(self) -> None:
-        """See `Companion`. Raises OutputLost if writing failed."""
-        if self.report is not None:
-            report = self.report().as_data()
-            for fault in report["faults"]:
-                if fault["subsystem"] in self._steps:
-                    record = fault["stamp"], fault["time_s"], fault["message"]
-                    self._steps[fault["subsystem"]].failed(*record)
-            text = json.dumps(report, ensure_ascii=False, allow_nan=False)
-            # Bytes of a file name that are not UTF-8 are escaped.
-            shown = text.encode("utf-8", "backslashreplace").decode()
-            self.log.note("report", {"report": shown})
-        self.log.close()
+    def _finish(self, report: dict[str, Any]) -> None:
+        for fault in report["faults"]:
+            if fault["subsystem"] in self._steps:
+                record = fault["stamp"], fault["time_s"], fault["message"]
+                self._steps[fault["subsystem"]].failed(*record)
+        if self._verdicts is not None:
+            self._verdicts.note(report["simulated_s"], is_last=True)
 
 
 def _has_pictures() -> bool:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, cast
 
+from specc_runtime.examination import shortcomings
 from specc_runtime.forms import Schema, object_schema
-from specc_runtime.plant import Mesh, Posed, Shape
+from specc_runtime.plant import Filmable, Mesh, Posed, Shape
 from specc_runtime.recording.container import CHUNK_S
-from specc_runtime.recording.log import Log
+from specc_runtime.recording.log import Sinks
 from specc_runtime.recording.models import MOST_OF_ALL, MOST_TRIANGLES, glb
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.recording.times import TIME, stamped
@@ -64,6 +65,7 @@ _ENTITY = object_schema(
         **{kind: {"type": "array", "items": _SIZED} for kind in ("cubes", "spheres")},
         "cylinders": {"type": "array", "items": _CYLINDER},
         "models": {"type": "array", "items": _MODEL},
+        "metadata": {"type": "array", "items": object_schema({"key": _TEXT, "value": _TEXT})},
     }
 )
 
@@ -71,7 +73,7 @@ _ENTITY = object_schema(
 class SceneWriter:
     """Writes the bodies of a plant."""
 
-    def __init__(self, log: Log, plant: Posed) -> None:
+    def __init__(self, log: Sinks, plant: Posed) -> None:
         """Writes their shapes."""
         self._plant = plant
         self._names = tuple(plant.body_names())
@@ -87,7 +89,7 @@ class SceneWriter:
             }
         )
         self._shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
-        self._once_more = dumped({"deletions": [], "entities": self._entities()})
+        self._once_more = dumped(scene_of(plant))
         self._shapes.add(0.0, self._once_more)
         self._begun_s: float | None = None
 
@@ -109,27 +111,39 @@ class SceneWriter:
             values = [(stamp, *rows[i : i + 7]) for i in range(0, len(rows), 7)]
             yield self._template % tuple(chain.from_iterable(values))
 
-    def _entities(self) -> list[dict[str, Any]]:
-        found: dict[str, dict[str, Any]] = {}
-        shapes = self._plant.shapes()
-        meshes = sum(isinstance(shape, Mesh) for shape in shapes)
-        most = min(MOST_TRIANGLES, MOST_OF_ALL // max(meshes, 1))
-        for shape in shapes:
-            entity = found.setdefault(
-                shape.body,
-                stamped(0.0)
-                | {
-                    "frame_id": shape.body,
-                    "id": shape.body,
-                    "lifetime": {"sec": 0, "nsec": 0},
-                    "frame_locked": True,
-                },
-            )
-            if isinstance(shape, Mesh):
-                entity.setdefault("models", []).append(_model(shape, most))
-            else:
-                entity.setdefault(f"{shape.kind}s", []).append(_primitive(shape))
-        return list(found.values())
+
+def scene_of(plant: Posed) -> dict[str, Any]:
+    """The message that has what all bodies look like, and where the cameras are.
+
+    The metadata of a body has each of its cameras as `camera NAME`: the seven numbers of its pose
+    and its vertical angle of view in rad.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    shapes = plant.shapes()
+    meshes = sum(isinstance(shape, Mesh) for shape in shapes)
+    most = min(MOST_TRIANGLES, MOST_OF_ALL // max(meshes, 1))
+    for shape in shapes:
+        entity = found.setdefault(shape.body, _entity(shape.body))
+        if isinstance(shape, Mesh):
+            entity.setdefault("models", []).append(_model(shape, most))
+        else:
+            entity.setdefault(f"{shape.kind}s", []).append(_primitive(shape))
+    for viewpoint in () if shortcomings(plant, Filmable) else cast(Filmable, plant).viewpoints():
+        entity = found.setdefault(viewpoint.body, _entity(viewpoint.body))
+        value = " ".join(f"{number:.5g}" for number in (*viewpoint.pose, viewpoint.fovy))
+        entity.setdefault("metadata", []).append(
+            {"key": f"camera {viewpoint.camera}", "value": value}
+        )
+    return {"deletions": [], "entities": list(found.values())}
+
+
+def _entity(body: str) -> dict[str, Any]:
+    return stamped(0.0) | {
+        "frame_id": body,
+        "id": body,
+        "lifetime": {"sec": 0, "nsec": 0},
+        "frame_locked": True,
+    }
 
 
 def _placed(shape: Shape | Mesh) -> dict[str, Any]:

@@ -52,12 +52,14 @@ class Spans:
     """The undamaged spans of a file.
 
     `found`: there is at least one. `damaged` counts the damaged ones. `cut`: the file has no end.
+    `place` is where the last one begins in the file.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
         self.found = False
         self.damaged = 0
         self.cut = False
+        self.place = 0
         self._file = file
         self._size = os.fstat(file.fileno()).st_size
 
@@ -74,7 +76,7 @@ class Spans:
             if span is None:
                 self.damaged += 1
             else:
-                is_last = is_copies(span)
+                is_last, self.place = is_copies(span), head.place
                 yield span
         if self.found and not is_last:
             self._judge_end(end)

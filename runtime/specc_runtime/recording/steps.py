@@ -10,7 +10,7 @@ from typing import Any
 from specc_runtime.buffers import AGE, FRESH, LATE
 from specc_runtime.forms import Element, Layout, Schema, object_schema
 from specc_runtime.recording.cells import BufferCells, Cells, Shelf, Times, getter
-from specc_runtime.recording.log import Log
+from specc_runtime.recording.log import Sinks
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
@@ -52,7 +52,7 @@ class _Passages(dict[tuple[Any, ...], bytes]):
 class Steps:
     """Writes the steps of one subsystem; notes the inputs of each step before it is made."""
 
-    def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
+    def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Sinks) -> None:
         """Note the steps of the subsystem from now on."""
         self.subsystem = subsystem
         self._last_step: tuple[str, BufferCells, tuple[bool, ...], tuple[float, ...]] | None = None
@@ -77,13 +77,18 @@ class Steps:
         every = (*layout.x, *layout.y, *memory)
         is_preceded = any(element.form.is_aside for element in every)
         self._channel = log.channel(topic, *form, self._texts, is_preceded=is_preceded)
-        self._step = subsystem.step
-        vars(subsystem).update(step=self._noted, note_inputs=self._note)
+        self._step, self._note_before = subsystem.step, subsystem.note_inputs
+        vars(subsystem).update(step=self._noted, note_inputs=self._note_inputs)
 
     def _noted(self) -> int:
         """Replaces the subsystem's own step; may be called in a worker thread."""
         self._note()
         return self._step()
+
+    def _note_inputs(self) -> None:
+        """Replaces the subsystem's own: the step is made in another process."""
+        self._note_before()
+        self._note()
 
     def _note(self) -> None:
         """Note state and inputs of the step that comes next."""
@@ -112,6 +117,13 @@ class Steps:
             late = self._late(stamp, time_s, None)
             kind = x, state, (), message, bool(late)
             self._channel.add(time_s, (kind, stamp, late, passage, lags, inputs, (), ()))
+
+    def memory_text(self, time_s: float, content: tuple[Any, ...]) -> bytes:
+        """The text of the memory after a step, from the content of its message."""
+        (_, _, memory, _, _), *_, values = content
+        columns = [(value,) for value in values]
+        texts = self._memory.texts(memory, columns, self._shelf, ((time_s,), (0,)))
+        return self._memory.template(memory) % tuple(next(iter(column)) for column in texts)
 
     def _late(self, stamp: int, time_s: float, visible_s: float | None) -> Late:
         """Of a step that was not on time: the periods skipped before it, and when it was seen."""
@@ -172,7 +184,7 @@ def _late_columns(late: Sequence[Late]) -> Iterator[Sequence[Any]]:
 class Truth:
     """Writes the ground truth of the plant."""
 
-    def __init__(self, layout: Layout, shelf: Shelf, log: Log) -> None:
+    def __init__(self, layout: Layout, shelf: Shelf, log: Sinks) -> None:
         topic = topic_of(PLANT)
         self._shelf = shelf
         self._y = Cells(f"{topic}/y", layout.y)

@@ -14,11 +14,12 @@ from typing import Any
 
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.messages import (
-    LATEST_S,
     Beginning,
     Shelved,
     beginning_of,
+    entries_of,
     first_of,
+    report_of,
     simulated_s,
     step_of,
     steps_of,
@@ -189,28 +190,12 @@ def _mark(marks: list[tuple[float, str]], time_s: float, text: str) -> None:
 
 def _take_report(found: Traces, shelf: Shelved) -> None:
     """Add faults and violations from the report, if any: it knows more than the steps."""
-    try:
-        report = loaded(str(shelf.report.get("report", "{}")).encode())
-    except Misshapen:
-        return
-    faults = _entries(report, "faults", ("culprit", "message"))
+    report = report_of(shelf.report)
+    faults = entries_of(report, "faults", ("culprit", "message"))
     if faults:
         found.faults.clear()
     for time_s, entry in faults:
         _mark(found.faults, time_s, f"{entry['culprit'][:_LONGEST]}: {entry['message']}")
-    for time_s, entry in _entries(report, "requirements", ("that", "verdict")):
+    for time_s, entry in entries_of(report, "requirements", ("that", "verdict")):
         if entry["verdict"] == "violated":
             _mark(found.violated, time_s, str(entry.get("name", entry["that"])))
-
-
-def _entries(report: Any, key: str, texts: Sequence[str]) -> list[tuple[float, Mapping[str, Any]]]:
-    """The entries of a list in the report that have a time and these texts."""
-    entries = report.get(key) if isinstance(report, dict) else ()
-    return [
-        (float(entry["time_s"]), entry)
-        for entry in (entries if isinstance(entries, list) else ())
-        if isinstance(entry, dict)
-        and type(entry.get("time_s")) in (int, float)
-        and abs(entry["time_s"]) < LATEST_S
-        and all(type(entry.get(name)) is str for name in texts)
-    ]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from struct import Struct
+from typing import IO, NamedTuple
 
 import zstandard
 from mcap.data_stream import ReadDataStream
@@ -13,8 +15,20 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 
 from specc_runtime.recording.budget import Budget
+from specc_runtime.recording.spans import LARGEST_BYTES
 
 _FRAME, _MESSAGE = Struct("<BQ"), Struct("<HIQQ")
+
+
+class Inside(NamedTuple):
+    """A message in the content of a chunk: its channel and so on, and where its data is."""
+
+    channel: int
+    sequence: int
+    log_ns: int
+    publish_ns: int
+    begin: int
+    end: int
 
 
 def unpacked_chunk(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
@@ -23,29 +37,54 @@ def unpacked_chunk(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
     Raises Unusable if the budget is exceeded. A damaged chunk raises ValueError or an error of
     the libraries.
     """
-    plain = _plain(chunk, budget)
+    plain = plain_chunk(chunk, budget)
+    for found in records_within(plain, budget):
+        if isinstance(found, Inside):
+            data = plain[found.begin : found.end]
+            budget.decode(data)
+            yield Message(found.channel, found.log_ns, data, found.publish_ns, found.sequence)
+        else:
+            yield found
+
+
+def records_within(plain: bytes, budget: Budget) -> Iterator[Schema | Channel | Inside]:
+    """The records in the content of a chunk; messages are not paid for. Raises as above."""
     begin, size = 0, len(plain)
     while begin + _FRAME.size <= size:
         kind, length = _FRAME.unpack_from(plain, begin)
         begin += _FRAME.size
-        if begin + length > size:
+        end = begin + length
+        if end > size:
             return
         if kind == Opcode.MESSAGE and length >= _MESSAGE.size:
-            channel, sequence, log, publish = _MESSAGE.unpack_from(plain, begin)
-            data = plain[begin + _MESSAGE.size : begin + length]
-            budget.decode(data)
-            yield Message(channel, log, data, publish, sequence)
+            channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(plain, begin)
+            begin += _MESSAGE.size
+            yield Inside(channel, sequence, log_ns, publish_ns, begin, end)
         else:
             budget.record(kind, length)
             if kind in (Opcode.SCHEMA, Opcode.CHANNEL):
                 budget.keep(length)
                 made = Schema if kind == Opcode.SCHEMA else Channel
-                stream = BytesIO(plain[begin : begin + length])
-                yield made.read(ReadDataStream(stream))
-        begin += length
+                yield made.read(ReadDataStream(BytesIO(plain[begin:end])))
+        begin = end
 
 
-def _plain(chunk: Chunk, budget: Budget) -> bytes:
+def content_at(file: IO[bytes], place: int, budget: Budget) -> bytes:
+    """The content of the chunk at a place of a file, or the record there as it is.
+
+    Raises as above; the file may be read by several threads.
+    """
+    kind, length = _FRAME.unpack(head := os.pread(file.fileno(), _FRAME.size, place))
+    if length > LARGEST_BYTES:
+        raise ValueError("no record")
+    content = os.pread(file.fileno(), length, place + _FRAME.size)
+    if kind != Opcode.CHUNK:
+        return head + content
+    return plain_chunk(Chunk.read(ReadDataStream(BytesIO(content))), budget)
+
+
+def plain_chunk(chunk: Chunk, budget: Budget) -> bytes:
+    """The content of a chunk. Raises as above."""
     plain: bytes = chunk.data
     if chunk.compression == "zstd":
         size = chunk.uncompressed_size

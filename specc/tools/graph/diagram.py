@@ -93,6 +93,13 @@ class Cluster:
         for group in self.groups:
             yield from group.all_nodes
 
+    @property
+    def all_groups(self) -> Iterator[Cluster]:
+        """This group and those inside."""
+        yield self
+        for group in self.groups:
+            yield from group.all_groups
+
 
 @dataclass(frozen=True, slots=True)
 class Diagram:
@@ -111,6 +118,12 @@ class Diagram:
         yield from self.nodes
         for group in self.groups:
             yield from group.all_nodes
+
+    @property
+    def all_groups(self) -> Iterator[Cluster]:
+        """All groups, including those in others."""
+        for group in self.groups:
+            yield from group.all_groups
 
 
 # Texts.

@@ -7,7 +7,8 @@ first. In labels of the other kind Graphviz would replace escapes such as `\\N`;
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from html import escape
 
 from specc.diagnostics.visible import visible
@@ -24,6 +25,7 @@ from specc.tools.graph.diagram import (
 )
 
 _FONT = 'fontname="Helvetica"'
+NOTE_COLOR = "#666666"
 _LOOKS: dict[Look, str] = {
     "subsystem": 'shape=box style="rounded,filled" fillcolor="#eef3fa"',
     "device": 'shape=box style=filled fillcolor="#eeeeee"',
@@ -56,7 +58,7 @@ _FACES: dict[Face, tuple[str, str]] = {
     "plain": ("", ""),
     "name": ("<B>", "</B>"),
     "italic": ("<I>", "</I>"),
-    "note": ('<FONT COLOR="#666666">', "</FONT>"),
+    "note": (f'<FONT COLOR="{NOTE_COLOR}">', "</FONT>"),
     "lower": ("<SUB>", "</SUB>"),
 }
 
@@ -66,8 +68,32 @@ _MANY = 120
 _PLAIN = 'BORDER="0" CELLBORDER="0" CELLSPACING="0"'
 
 
-def as_dot(diagram: Diagram) -> str:
-    """The text of a diagram; that of equal diagrams is the same, byte for byte."""
+@dataclass(frozen=True, slots=True)
+class Tag:
+    """The id and the classes of a part in SVG, in characters that need no escape anywhere."""
+
+    id: str
+    classes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f'id="{self.id}" class="{" ".join(self.classes)}"'
+
+
+@dataclass(frozen=True, slots=True)
+class Tags:
+    """The tags of all parts of a diagram: nodes and groups by their ids, arcs in their order."""
+
+    graph: Tag
+    nodes: Mapping[str, Tag]
+    groups: Mapping[str, Tag]
+    arcs: tuple[Tag, ...]
+
+
+def as_dot(diagram: Diagram, tags: Tags | None = None) -> str:
+    """The text of a diagram; that of equal diagrams is the same, byte for byte.
+
+    A picture with tags has nothing behind it: what it stands on shows through.
+    """
     has_modes = any(group.look == "mode" for group in diagram.groups)
     framed = ["         compound=true ranksep=0.2"] if has_modes else []
     many = ["         splines=line nslimit=1 nslimit1=1"] if len(diagram.arcs) > _MANY else []
@@ -75,6 +101,7 @@ def as_dot(diagram: Diagram) -> str:
     lines = [
         f"digraph {_quoted(diagram.title)} {{",
         f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10",
+        *([f"         {tags.graph} bgcolor=transparent"] if tags else []),
         *many,
         "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l",
         *framed,
@@ -83,29 +110,32 @@ def as_dot(diagram: Diagram) -> str:
         f"  edge [{_FONT} fontsize=10 arrowsize=0.6 penwidth=0.8]",
     ]
     for group in diagram.groups:
-        lines += [f"  {each}" for each in _group(group)]
-    lines += [f"  {_node(node)}" for node in diagram.nodes]
+        lines += [f"  {each}" for each in _group(group, tags)]
+    lines += [f"  {_node(node, tags)}" for node in diagram.nodes]
     lines += [f"  {{rank=same; {'; '.join(map(_quoted, level))}}}" for level in diagram.levels]
-    for arc in diagram.arcs:
+    for number, arc in enumerate(diagram.arcs):
         label = f"label={_spaced(arc.lines, 2)}" if arc.lines else ""
         frames = ("ltail", arc.tail_frame), ("lhead", arc.head_frame)
         ends_at = (f"{key}={_quoted(_frame(name))}" for key, name in frames if name)
         loose = "constraint=false" if arc.is_loose else ""
-        parts = (_STROKES[arc.stroke], _POINTS[arc.points], label, *ends_at, loose)
+        tag = str(tags.arcs[number]) if tags else ""
+        parts = (_STROKES[arc.stroke], _POINTS[arc.points], label, *ends_at, loose, tag)
         attributes = " ".join(filter(None, parts))
         ends = f"{_quoted(arc.tail)} -> {_quoted(arc.head)}"
         lines.append(f"  {ends} [{attributes}]" if attributes else f"  {ends}")
     return "\n".join([*lines, "}"]) + "\n"
 
 
-def _group(group: Cluster) -> Iterator[str]:
+def _group(group: Cluster, tags: Tags | None) -> Iterator[str]:
     """The lines of a group, and of those inside it."""
     yield f"subgraph {_quoted(_frame(group.id))} {{"
     yield f"  graph [{_FRAMES[group.look]}"
+    if tags:
+        yield f"         {tags.groups[group.id]}"
     yield f"         label={_label(group.lines, 'LEFT')}]"
-    yield from (f"  {_node(node)}" for node in group.nodes)
+    yield from (f"  {_node(node, tags)}" for node in group.nodes)
     for inner in group.groups:
-        yield from (f"  {each}" for each in _group(inner))
+        yield from (f"  {each}" for each in _group(inner, tags))
     yield "}"
 
 
@@ -114,10 +144,11 @@ def _frame(group: str) -> str:
     return f"cluster {group}"
 
 
-def _node(node: Box) -> str:
+def _node(node: Box, tags: Tags | None) -> str:
     has_subscripts = any(part.style == "lower" for each in node.lines for part in each)
     label = _table(node) if node.rows else (_spaced if has_subscripts else _label)(node.lines)
-    return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}]"
+    tag = f" {tags.nodes[node.id]}" if tags else ""
+    return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}{tag}]"
 
 
 def _label(lines: Iterable[TextLine], align: str = "") -> str:

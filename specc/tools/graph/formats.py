@@ -14,7 +14,7 @@ from zlib import crc32
 from specc.refusal import Refused, missing_package
 from specc.tools.graph import drawing
 from specc.tools.graph.diagram import Diagram
-from specc.tools.graph.dot import as_dot
+from specc.tools.graph.dot import Tags, as_dot
 
 # A file says which command wrote it, so that commands replace no pictures of others.
 
@@ -87,9 +87,9 @@ class PictureFormat:
     """Whether it goes to standard output unless a file is named."""
 
 
-def _draw(form: Literal["svg", "png"], diagram: Diagram) -> bytes:
-    """The picture by Graphviz."""
-    text = as_dot(diagram)
+def draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = None) -> bytes:
+    """The picture by Graphviz. Raises Refused."""
+    text = as_dot(diagram, tags)
     if not drawing.is_installed():
         raise missing_package(ModuleNotFoundError(name="pygraphviz"), "pygraphviz")
     nodes, arcs = sum(1 for _ in diagram.all_nodes), len(diagram.arcs)
@@ -103,8 +103,8 @@ def _draw(form: Literal["svg", "png"], diagram: Diagram) -> bytes:
 
 
 FORMATS: Mapping[str, PictureFormat] = {
-    "svg": PictureFormat(partial(_draw, "svg"), FileSignature(b"<?xml", _sign_svg)),
-    "png": PictureFormat(partial(_draw, "png"), FileSignature(b"\x89PNG", _sign_png)),
+    "svg": PictureFormat(partial(draw, "svg"), FileSignature(b"<?xml", _sign_svg)),
+    "png": PictureFormat(partial(draw, "png"), FileSignature(b"\x89PNG", _sign_png)),
     "dot": PictureFormat(
         lambda d: as_dot(d).encode(), FileSignature(b"//", _sign_dot), is_text=True
     ),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,8 +95,12 @@ def resolve_signal(system: System, name: str) -> Subsystem | Signal:
     if not begins:
         raise NoSignal(_unknown(system, name, list(known)))
     at = max(begins, key=len)
-    element, steps = known[at], _steps(at, name[len(at) :])
-    type_ = _part_type(at, element.type, steps)
+    steps = _steps(at, name[len(at) :])
+    return _signal(name, known[at], _part_type(at, known[at].type, steps), steps)
+
+
+def _signal(name: str, element: _Element, type_: Type, steps: Sequence[str | int]) -> Signal:
+    """The part of an element that has this type. Raises NoSignal."""
     components = _lines_of_type(name, type_)
 
     def numbers(data: Any) -> Floats:
@@ -104,6 +109,27 @@ def resolve_signal(system: System, name: str) -> Subsystem | Signal:
 
     is_pose = isinstance(_present(type_), Pose)
     return Signal(name, element.title, element.owner, element.path, components, numbers, is_pose)
+
+
+@dataclass(frozen=True, slots=True)
+class ListedSignal:
+    """Something that recordings have, by its name; `signal` is None if it cannot be drawn."""
+
+    name: str
+    title: str
+    owner: str
+    path: tuple[str, ...]
+    type: Type
+    signal: Signal | None
+
+
+def list_signals(system: System) -> Iterator[ListedSignal]:
+    """All elements of buffers and of memory, and what is observed of the plant."""
+    for name, element in _elements(system):
+        signal = None
+        with suppress(NoSignal):
+            signal = _signal(name, element, element.type, ())
+        yield ListedSignal(name, element.title, element.owner, element.path, element.type, signal)
 
 
 def _present(type_: Type) -> Type:

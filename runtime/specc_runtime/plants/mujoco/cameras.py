@@ -72,6 +72,12 @@ class Cameras:
             drawn = self._submit(lambda: self._opened().picture(camera, self._data, groups))
         return drawn.result()
 
+    def picture_of_now(self, camera: Camera) -> Future[NDArray[np.uint8]]:
+        """What a camera for people sees in the present state, once it is drawn."""
+        state = copy(self._data)
+        with self._lock:
+            return self._submit(lambda: self._opened().picture(camera, state))
+
     def forget(self) -> None:
         """Take a new shot: the state has changed without time passing."""
         self._shot = None

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import asdict
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from specc_runtime.distortion import Distortion
-from specc_runtime.plant import Mesh, Shape
+from specc_runtime.plant import Mesh, Shape, Viewpoint
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.bodies import Bodies
@@ -224,6 +225,14 @@ class MujocoPlant:
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
         return self._cameras.picture(self._cameras.camera(camera, width, height), self._shown)
+
+    def picture_of_now(self, camera: str, width: int, height: int) -> Future[NDArray[np.uint8]]:
+        """See `specc_runtime.plant.Photographed`."""
+        return self._cameras.picture_of_now(self._cameras.camera(camera, width, height))
+
+    def viewpoints(self) -> list[Viewpoint]:
+        """The cameras that have names (`specc_runtime.plant.Filmable`)."""
+        return self._bodies.viewpoints()
 
     def show_geom_groups(self, groups: Sequence[int]) -> None:
         """See `specc_runtime.plant.Grouped`."""

@@ -1,0 +1,1 @@
+"""What a page sees of a run, and what it may ask of it."""

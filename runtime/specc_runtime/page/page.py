@@ -1,0 +1,224 @@
+"""The page of a run, and of those that it starts again: commands, and what there is to see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from threading import Event
+from typing import TYPE_CHECKING, Any
+
+from specc_runtime.page.breakpoints import Parts, Unclear, breakpoints, machine_of, text_of
+from specc_runtime.page.control import Control
+from specc_runtime.page.link import Link
+
+if TYPE_CHECKING:
+    from specc_runtime.clock import WallClock
+    from specc_runtime.forms import Layout
+    from specc_runtime.options import Options
+    from specc_runtime.page.feed import Feed, Run
+    from specc_runtime.system import System
+
+_SPEEDS = 1e-3, 1e3
+_MOST_SET, _LONGEST = 1000, 10_000
+_IN_REAL_TIME = "a run in real time follows the clock: it has no"
+
+
+@dataclass(frozen=True, slots=True)
+class Restart:
+    """A run from a simulated time of the present one on, or from its beginning, with constants."""
+
+    from_s: float | None
+    set: Mapping[str, str]
+
+
+class Page:
+    """What a server shows, and what it may ask. Commands are obeyed in the thread of the link."""
+
+    def __init__(self, descriptor: int, speed: float | None = 1.0) -> None:
+        """`descriptor` is a socket whose other end the server has."""
+        self.restart: Restart | None = None
+        """The run that is asked for instead of the present one."""
+        self.has_begun = False
+        """Whether there ever was a run."""
+        self.control = Control(speed)
+        self._is_quitting = False
+        self._wanted = Event()
+        """Set once there is no need to wait for commands."""
+        self._end_run: Callable[[], None] = lambda: None
+        self._feed: Feed | None = None
+        self._run: Run | None = None
+        self._system: System | None = None
+        self._parts = Parts({}, {}, ())
+        self._asked: list[Any] = []
+        self._watched: dict[str, Any] = {"clients": 0}
+        self._real_time = False
+        self._link = Link(descriptor, self._obey, self._hang_up)
+
+    # The run.
+
+    def feed(
+        self,
+        options: Options,
+        system: System,
+        layouts: Mapping[str, Layout],
+        plant: Any,
+        clock: WallClock,
+        end_run: Callable[[], None],
+    ) -> Feed:
+        """What shows a run that is about to begin; `end_run` asks it to end."""
+        from specc_runtime.page.feed import Feed
+
+        self.restart, self._real_time, self._end_run = None, options.real_time, end_run
+        self._wanted.clear()
+        self.control.go_on()
+        self.control.hurries_until_s = options.resume[1] if options.resume else 0.0
+        self._system = system
+        subsystems = {s.subsystem.name: s.subsystem for s in system.subsystems}
+        requirements = system.requirements.requirements if system.requirements else ()
+        self._parts = Parts(subsystems, layouts, requirements)
+        self._feed = Feed(self._link, self.control, options, system, layouts, plant, clock)
+        self._feed.watch(self._watched)
+        self._break({"breakpoints": self._asked})
+        return self._feed
+
+    def begin(self, run: Run) -> None:
+        """The run is about to begin, or to go on."""
+        if self._feed is not None:
+            self._feed.begin(run)
+            self._run, self.has_begun = run, True
+
+    def end(self, report: Mapping[str, Any], exit_code: int) -> None:
+        """The run is over."""
+        feed, self._feed = self._feed, None
+        if feed is not None and self._run is not None:
+            feed.end(report, exit_code)
+        self._run = None
+
+    def refuse(self, text: str) -> None:
+        """Say why something is not done."""
+        from specc_runtime.recording.text import dumped
+
+        self._link.post(dumped({"kind": "refused", "text": text}))
+
+    def wait(self) -> Restart | None:
+        """Stay after the end of a run, until another one is asked for; None if none is."""
+        while not (self._link.is_over or self._is_quitting or self._wanted.wait(0.2)):
+            pass
+        asked, self.restart = self.restart, None
+        self._wanted.clear()
+        return asked
+
+    def close(self) -> None:
+        """Send what waits, but not for long, and hang up."""
+        self._link.close()
+
+    def _hang_up(self) -> None:
+        """The server has gone: nobody is there who could let the run go on."""
+        self.control.set_breakpoints([])
+        self.control.go_on()
+        self._wanted.set()
+
+    # Commands.
+
+    def _obey(self, command: Any) -> None:
+        try:
+            if not isinstance(command, dict):
+                raise Unclear("a command is an object in JSON")
+            do = text_of(command, "do")
+            if do not in _COMMANDS:
+                raise Unclear(f"there is no command {do}")
+            _COMMANDS[do](self, command)
+        except (Unclear, ValueError, OverflowError) as error:
+            self.refuse(str(error))
+
+    def _pause(self, command: Any) -> None:
+        self._refuse_in_real_time("pause")
+        self.control.pause()
+
+    def _continue(self, command: Any) -> None:
+        self.control.go_on()
+
+    def _step(self, command: Any) -> None:
+        self._refuse_in_real_time("steps")
+        self.control.go_on(machine_of(command, self._parts.subsystems))
+
+    def _speed(self, command: Any) -> None:
+        self._refuse_in_real_time("other speed")
+        value = command.get("value")
+        if value is not None:
+            least, greatest = _SPEEDS
+            if not least <= (value := _number(command)) <= greatest:
+                raise Unclear(f"a speed is from {least:g} to {greatest:g}, or null")
+        self.control.set_speed(value)
+
+    def _break(self, command: Any) -> None:
+        asked = command.get("breakpoints")
+        if asked:
+            self._refuse_in_real_time("breakpoints")
+        found, refused = breakpoints(asked, self._parts)
+        self._asked = asked
+        self.control.set_breakpoints(found)
+        for text in refused:
+            self.refuse(text)
+
+    def _set(self, command: Any) -> None:
+        name = text_of(command, "name")
+        if self._run is not None and name in self._run.live:
+            self._run.set_constant(name, _number(command))
+            return
+        text = text_of(command, "value")
+        self._restart({"from_s": self._run.time_s if self._run else None, "set": {name: text}})
+
+    def _watch(self, command: Any) -> None:
+        self._watched = command
+        if self._feed is not None:
+            self._feed.watch(command)
+
+    def _restart(self, command: Any) -> None:
+        self._refuse_in_real_time("restart")
+        from_s, constants = command.get("from_s"), command.get("set", {})
+        if from_s is not None:
+            from_s = _number(command, "from_s")
+            if from_s < 0.0:
+                raise Unclear("from_s is before the beginning")
+        if not isinstance(constants, dict) or len(constants) > _MOST_SET:
+            raise Unclear(f"set has names and texts, {_MOST_SET} at most")
+        for name, text in constants.items():
+            if not isinstance(text, str) or len(text) + len(name) > _LONGEST:
+                raise Unclear("set has names and texts")
+        self.restart = Restart(from_s, constants)
+        self._leave()
+
+    def _quit(self, command: Any) -> None:
+        self._is_quitting = True
+        self._leave()
+
+    def _leave(self) -> None:
+        self._wanted.set()
+        self._end_run()
+        self.control.go_on()
+
+    def _refuse_in_real_time(self, what: str) -> None:
+        if self._real_time:
+            raise Unclear(f"{_IN_REAL_TIME} {what}")
+
+
+_COMMANDS: Mapping[str, Callable[[Page, Any], None]] = {
+    "pause": Page._pause,
+    "continue": Page._continue,
+    "step": Page._step,
+    "speed": Page._speed,
+    "break": Page._break,
+    "set": Page._set,
+    "watch": Page._watch,
+    "restart": Page._restart,
+    "quit": Page._quit,
+}
+
+
+def _number(command: Any, name: str = "value") -> Any:
+    number = command.get(name)
+    if type(number) not in (int, float) or not math.isfinite(number):
+        raise Unclear(f"{name} is missing, or no number")
+    return number

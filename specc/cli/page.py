@@ -1,0 +1,129 @@
+"""`specc run --ui`: the process that serves the page, and the runs that the page starts again."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from specc.cli import interruption
+from specc.refusal import Refused
+
+_PATIENCE_S = 2.0
+"""Wall time that the server has to end by itself."""
+_MOST_NAMED = 3
+
+
+class PageRuns:
+    """The runs that one page shows, one after the other; while entered, its server may run."""
+
+    def __init__(self, options: Namespace, folder: Path) -> None:
+        """`folder` is for what the next run goes on from. Raises Refused."""
+        if find_spec("websockets") is None:
+            raise Refused(import_module("specc_runtime.extras").lacking("websockets"))
+        if options.speed is None and not options.real_time:
+            options.speed = 1.0
+        self._first = self._options = options
+        self._folder = folder
+        self._past: list[tuple[float, Path]] = []
+        """Simulated times from which on files know how a run was."""
+        self._page: Any = None
+        self._server: subprocess.Popen[bytes] | None = None
+        self._count = 0
+
+    def __enter__(self) -> PageRuns:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._page is not None:
+            self._page.close()
+        if self._server is not None:
+            try:
+                self._server.wait(_PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                self._server.kill()
+                self._server.wait()
+
+    def all(self, run: Callable[[Namespace], int]) -> int:
+        """Run, and again as often as the page asks; the exit code of the last run."""
+        options = self._options
+        while True:
+            code = run(options)
+            page = self._page
+            if page is None or not page.has_begun:
+                return code
+            is_interrupted = code > 128 and page.restart is None
+            try:
+                asked = None if is_interrupted else page.wait()
+            except interruption.Terminated:
+                raise
+            except KeyboardInterrupt:  # Ctrl-C closes the page of a run that is over
+                return code
+            if asked is None:
+                return code
+            options = self._again(asked)
+
+    def launch(self, options: Namespace) -> Any:
+        """The page of a run that is about to begin; its server is started with the first one."""
+        self._options = options
+        if self._page is None:
+            self._serve()
+        begin_s = options.resume[1] if options.resume else 0.0
+        self._count += 1
+        options.snapshots = None
+        if options.record is None and not options.real_time:
+            options.snapshots = self._folder / f"{self._count}.mcap"
+        if file := options.record or options.snapshots:
+            self._past.append((begin_s, Path(file)))
+        return self._page
+
+    def refuse(self, messages: Sequence[str]) -> None:
+        """Say in the page why a specification cannot be run as it asks."""
+        if self._page is not None:
+            self._page.refuse("; ".join(messages[:_MOST_NAMED]))
+
+    def _serve(self) -> None:
+        options = self._options
+        ours, theirs = socket.socketpair()
+        words = ["-m", "specc.tools.page.live", str(theirs.fileno()), options.spec]
+        words += ["--port", str(options.ui)]
+        words += [f"--set={name}={text}" for name, text in options.set.items()]
+        path = os.pathsep.join(filter(None, sys.path))
+        with theirs:
+            self._server = subprocess.Popen(
+                [sys.executable, "-P", *words],
+                stdin=subprocess.DEVNULL,
+                pass_fds=(theirs.fileno(),),
+                env={**os.environ, "PYTHONPATH": path},
+                # Ctrl-C is for the run, which closes the page itself.
+                process_group=0,
+            )
+        page = import_module("specc_runtime.page.page").Page
+        self._page = page(ours.detach(), options.speed)
+
+    def _again(self, asked: Any) -> Namespace:
+        """The options of the run that the page asks for."""
+        first, last = self._first, self._options
+        again = Namespace(**vars(first))
+        again.set, again.resume = last.set | asked.set, first.resume
+        if asked.from_s:
+            while len(self._past) > 1 and self._past[-1][0] > asked.from_s:
+                self._past.pop()
+            again.resume = self._past[-1][1], asked.from_s
+        for name in ("record", "video"):  # what earlier runs have written stays
+            if file := getattr(first, name):
+                setattr(again, name, file.with_stem(f"{file.stem}-{self._count + 1}"))
+        return again

@@ -1,0 +1,414 @@
+"""The page of a run, in a process of its own: `python -m specc.tools.page.live FD SPEC --port N`.
+
+The run sends lines of JSON through a socket and gets commands back. What it sent is kept, the
+states of the last part of it and all changes, so that a browser can look back. This process ends
+when the run closes its end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import base64
+import binascii
+import math
+import signal
+import socket
+import sys
+from bisect import bisect_right
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from threading import Lock
+from typing import Any
+
+from specc import pipeline
+from specc.diagnostics.visible import visible
+from specc.refusal import Refused
+from specc.tools.page.clients import Picture
+from specc.tools.page.description import AssetShelf, Description
+from specc.tools.page.messages import Message, json_text
+from specc.tools.page.moments import (
+    LastStep,
+    flow_of,
+    message_of,
+    series_of,
+    states_of,
+    values_of,
+)
+from specc.tools.page.server import Asset, Server
+
+_MOST_BYTES = 64_000_000
+"""Of texts of states that are kept."""
+_LONGEST_LINE = 1 << 26
+_MOST_SPANS, _MOST_MARKS = 20_000, 5_000
+"""Of a machine, and of a run, that are kept."""
+_RECENT = 5
+_DO = {"break", "continue", "hold", "panel", "pause", "release", "restart", "set", "speed", "step",
+       "watch"}  # fmt: skip
+"""Commands that a run gets as the browser sends them."""
+
+
+class RunHistory:
+    """The states that a run sent, by time; of too many bytes the earliest go."""
+
+    def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
+        self._most_bytes = most_bytes
+        self._times: list[float] = []
+        self._texts: list[bytes] = []
+        self._bytes = 0
+        self._lock = Lock()
+
+    def keep(self, time_s: float, text: bytes) -> None:
+        """Keep a state; one of the same time replaces the last."""
+        with self._lock:
+            while self._times and self._times[-1] >= time_s:
+                self._times.pop()
+                self._bytes -= len(self._texts.pop())
+            self._times.append(time_s)
+            self._texts.append(text)
+            self._bytes += len(text)
+            if self._bytes > self._most_bytes:
+                dropped = max(1, len(self._texts) // 8)
+                self._bytes -= sum(map(len, self._texts[:dropped]))
+                del self._times[:dropped], self._texts[:dropped]
+
+    def at(self, time_s: float) -> bytes | None:
+        """The last state until then."""
+        with self._lock:
+            place = bisect_right(self._times, time_s + 1e-9)
+            return self._texts[place - 1] if place else None
+
+    def between(self, begin_s: float, end_s: float) -> list[bytes]:
+        """The states of a stretch of time, with the one before it."""
+        with self._lock:
+            first = max(0, bisect_right(self._times, begin_s) - 1)
+            return self._texts[first : bisect_right(self._times, end_s)]
+
+
+class LiveRun:
+    """What a run sent, as a source of the page."""
+
+    def __init__(self, spec: str, values: Mapping[str, str], send: Callable[[bytes], None]) -> None:
+        """`send` sends a command to the run. Raises Refused."""
+        self._spec = spec
+        self._send = send
+        self.begin: Message = {}
+        self.compile(values)
+        self._forget()
+
+    def compile(self, values: Mapping[str, str]) -> None:
+        """Read the specification. Raises Refused."""
+        result = pipeline.compile_spec(self._spec, values)
+        if result.system is None:
+            raise Refused(f"{self._spec} has errors; `specc validate` lists them")
+        self._values = dict(values)
+        self._assets = AssetShelf()
+        self._description = Description(result.system, result, self._assets)
+        self._scene = ""
+
+    def _forget(self) -> None:
+        """Begin with nothing."""
+        self._history = RunHistory()
+        self._state: Message = {}
+        self._spans: dict[str, list[tuple[float, str]]] = defaultdict(list)
+        self._recent: dict[str, deque[tuple[float, float, int, str]]] = defaultdict(
+            lambda: deque(maxlen=_RECENT)
+        )
+        self._marks: list[Message] = []
+        self._pictures: dict[str, Picture] = {}
+
+    # What the run sends.
+
+    async def follow(self, reader: asyncio.StreamReader, server: Server) -> None:
+        """Take what the run sends, until it closes its end."""
+        while True:
+            try:
+                line = await reader.readline()
+            except ValueError:  # longer than any message of a run
+                continue
+            if not line:
+                return
+            try:
+                await self._take(_loaded(line), line, server)
+            except (Refused, ValueError, TypeError, LookupError, AttributeError) as error:
+                text = f"a message of the run was not understood: {type(error).__name__}: {error}"
+                server.tell({"type": "refused", "text": visible(text[:300])})
+
+    async def _take(self, message: Any, line: bytes, server: Server) -> None:
+        """Note a message of the run, and tell browsers of it."""
+        match message:
+            case {"kind": "state", "time_s": int() | float() as time_s, "steps": dict()}:
+                steps_of_state(message)
+                self._history.keep(float(time_s), line)
+                self._state = message
+                server.tell_now()
+            case {"kind": "spans", "changes": list() as changes}:
+                server.tell({"type": "spans", "spans": self._add(changes), "replace": False})
+            case {"kind": "marks", "marks": list() as marks}:
+                self._mark([_mark(mark) for mark in marks], server)
+            case {"kind": "begin"}:
+                await self._begin(message)
+                server.begin()
+            case {"kind": "picture", "camera": str() as camera, "jpeg": str() as jpeg}:
+                data = base64.b64decode(jpeg, validate=True)
+                picture = Picture(camera, float(message["time_s"]), data)
+                self._pictures[camera] = picture
+                server.tell_picture(picture)
+            case {"kind": "lost"}:
+                self._mark(
+                    [_mark({"time_s": self._time_s, "kind": "lost", "text": "changes"})], server
+                )
+            case {"kind": "stopped" | "end" | "refused" as kind}:
+                server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
+            case _:
+                raise Refused("it is of no known kind")
+
+    async def _begin(self, message: Message) -> None:
+        """Begin anew; the run may have other constants, and the specification other texts."""
+        values = {str(name): str(text) for name, text in message.get("set", {}).items()}
+        if self.begin or values != self._values:
+            await asyncio.to_thread(self.compile, values)
+        self._forget()
+        self.begin = message
+        if message.get("scene") is not None:
+            content = json_text(message["scene"]).encode()
+            self._scene = self._assets.add(lambda: Asset("application/json", content))
+
+    def _add(self, changes: list[Any]) -> dict[str, list[Any]]:
+        """Note changes of states; what is new of the spans."""
+        new: dict[str, list[Any]] = defaultdict(list)
+        for name, time_s, state, row in changes:
+            name, time_s, state, row = str(name), float(time_s), str(state), str(row)
+            spans, recent = self._spans[name], self._recent[name]
+            if row and recent and recent[-1][-1] == row:
+                begin_s, _, times, _ = recent.pop()
+                recent.append((begin_s, time_s, times + 1, row))
+            elif row:
+                recent.append((time_s, time_s, 1, row))
+            if not spans or spans[-1][1] != state:
+                spans.append((time_s, state))
+                new[name].append([time_s, None, state])
+            if len(spans) > _MOST_SPANS:
+                del spans[: _MOST_SPANS // 8]
+        return new
+
+    def _mark(self, marks: list[Message], server: Server) -> None:
+        self._marks = (self._marks + marks)[-_MOST_MARKS:]
+        server.tell({"type": "marks", "marks": marks, "replace": False})
+
+    @property
+    def _time_s(self) -> float:
+        return float(self._state.get("time_s", self.begin.get("begin_s") or 0.0))
+
+    # What the page asks.
+
+    def hello(self) -> Message | None:
+        """See `Source`."""
+        begin = self.begin
+        if not begin:
+            return None
+        can = begin.get("can") or {}
+        can_pause, can_restart = bool(can.get("pause")), bool(can.get("restart"))
+        panel = begin.get("panel") or []
+        return {
+            **self._description.message,
+            "source": "live",
+            "seed": begin.get("seed"),
+            "real_time": bool(begin.get("real_time")),
+            "begin_s": begin.get("begin_s") or 0.0,
+            "end_s": None,
+            "duration_s": begin.get("duration_s"),
+            "notice": [],
+            "cameras": begin.get("cameras") or [],
+            "bodies": begin.get("bodies") or [],
+            "scene": self._scene or None,
+            "live": begin.get("live") or [],
+            "panel": panel,
+            "set": begin.get("set") or {},
+            "can": {
+                **dict.fromkeys(("pause", "step", "speed", "break"), can_pause),
+                **dict.fromkeys(("restart", "set"), can_restart),
+                "live": bool(begin.get("live")),
+                "panel": bool(panel),
+            },
+        }
+
+    def spans(self) -> Message:
+        """See `Source`."""
+        found = {}
+        for name, begins in self._spans.items():
+            ends = [time_s for time_s, _ in begins[1:]]
+            pairs = zip(begins, [*ends, None], strict=True)
+            found[name] = [[time_s, end_s, state] for (time_s, state), end_s in pairs]
+        return found
+
+    def marks(self) -> list[Message]:
+        """See `Source`."""
+        return self._marks
+
+    def now(self) -> Message:
+        """See `Source`."""
+        state = self._state
+        steps = steps_of_state(state)
+        names = ("poses", "live", "panel", "real_time")
+        return {
+            "time_s": self._time_s,
+            "status": state.get("status", "running"),
+            "speed": state.get("speed"),
+            "factor": state.get("factor"),
+            "states": states_of(steps),
+            "flow": flow_of(self._description, steps),
+            "requirements": state.get("requirements") or [],
+            **{name: state[name] for name in names if state.get(name) is not None},
+        }
+
+    def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
+        """See `Source`."""
+        state = self._at(time_s)
+        steps = steps_of_state(state)
+        return {
+            "time_s": self._time_s if time_s is None else time_s,
+            "states": states_of(steps) or self._states_at(time_s),
+            "values": values_of(self._description, steps, state.get("plant"), signals),
+            "requirements": state.get("requirements") or [],
+            "poses": state.get("poses"),
+            "flow": flow_of(self._description, steps),
+        }
+
+    def _at(self, time_s: float | None) -> Message:
+        """The state at a time; empty if it is not kept."""
+        if time_s is None:
+            return self._state
+        text = self._history.at(time_s)
+        return _loaded(text) if text is not None else {}
+
+    def _states_at(self, time_s: float | None) -> dict[str, Message]:
+        """The states of machines at a time of which nothing else is kept."""
+        at_s = math.inf if time_s is None else time_s
+        found: dict[str, Message] = {}
+        for name, begins in self._spans.items():
+            before = [each for each in begins if each[0] <= at_s + 1e-9]
+            if before:
+                found[name] = {"state": before[-1][1], "since_s": before[-1][0], "row": ""}
+        return found
+
+    def why(self, machine: str, time_s: float | None) -> Message:
+        """See `Source`."""
+        return {
+            "machine": machine,
+            "time_s": self._time_s if time_s is None else time_s,
+            "lines": [],
+        }
+
+    def series(self, name: str, time_s: float | None, window_s: float) -> Message:
+        """See `Source`."""
+        end_s = self._time_s if time_s is None else time_s + window_s / 2
+        begin_s = end_s - window_s
+        owner = self._description.signals.get(name)
+
+        def points() -> Iterator[tuple[float, Any]]:
+            for text in self._history.between(begin_s, end_s):
+                state = _loaded(text)
+                steps = steps_of_state(state)
+                if owner is not None:
+                    message = message_of(owner, steps, state.get("plant"))
+                else:
+                    message = steps[name].step if name in steps else None
+                yield state["time_s"], message
+
+        found = series_of(self._description, name, points())
+        return {"name": name, "begin_s": begin_s, "end_s": end_s, **found}
+
+    def asset(self, number: int) -> Asset | None:
+        """See `Source`."""
+        return self._assets.get(number)
+
+    def picture(self, camera: str, time_s: float | None) -> Picture | None:
+        """See `Source`."""
+        return self._pictures.get(camera) if time_s is None else None
+
+    def command(self, message: Message) -> str:
+        """See `Source`."""
+        if message["type"] not in _DO:
+            return "a run cannot do that"
+        command = {name: value for name, value in message.items() if name != "type"}
+        self._send(json_text({"do": message["type"], **command}).encode() + b"\n")
+        return ""
+
+
+def _loaded(text: bytes) -> Any:
+    """The data of a line. Raises Refused."""
+    try:
+        return import_module("specc_runtime.recording.text").loaded(text)
+    except Exception as error:
+        if type(error).__name__ != "Misshapen":
+            raise
+        raise Refused(str(error)) from error
+
+
+def steps_of_state(state: Message) -> dict[str, LastStep]:
+    """The last steps of a state that the run sent. Raises what data of another shape raises."""
+    return {
+        name: LastStep(
+            name,
+            dict(one["step"]),
+            one.get("memory"),
+            one.get("entered_s"),
+            one.get("since_s"),
+            str(one.get("row") or ""),
+        )
+        for name, one in state.get("steps", {}).items()
+    }
+
+
+def _mark(mark: Mapping[str, Any]) -> Message:
+    text = str(mark["text"])[:1000]
+    return {"time_s": float(mark["time_s"]), "kind": str(mark["kind"]), "text": text}
+
+
+# The process.
+
+
+async def _serve(options: argparse.Namespace) -> None:
+    end = socket.socket(fileno=options.descriptor)
+    reader, writer = await asyncio.open_connection(sock=end, limit=_LONGEST_LINE)
+    run = LiveRun(options.spec, dict(options.set), writer.write)
+    server = Server(run, options.port)
+    try:
+        await server.start()
+    except OSError as error:
+        raise Refused(f"no page at port {options.port}: {error.strerror}") from error
+    print(f"specc: {server.url}", file=sys.stderr, flush=True)
+    try:
+        await run.follow(reader, server)
+    except (ConnectionError, binascii.Error):
+        pass
+    finally:
+        await server.stop()
+
+
+def _assignment(text: str) -> tuple[str, str]:
+    name, _, value = text.partition("=")
+    return name, value
+
+
+def main() -> int:
+    """Serve the page until the run closes its end; the exit code."""
+    parser = argparse.ArgumentParser(prog="specc.tools.page.live")
+    parser.add_argument("descriptor", type=int)
+    parser.add_argument("spec")
+    parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--set", type=_assignment, action="append", default=[])
+    options = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run decides when the page ends
+    try:
+        asyncio.run(_serve(options))
+    except Refused as refused:
+        print(f"specc: {visible(str(refused))}", file=sys.stderr, flush=True)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+/** The page of a run: connects to the server, and hands its messages to the cards. */
+
+import { button, byId } from "./dom.js";
+import { Connection } from "./protocol.js";
+import { emit, on, page, take } from "./state.js";
+import "./notices.js";
+import "./machine.js";
+import "./structure.js";
+import "./why.js";
+import "./signals.js";
+import "./requirements.js";
+import "./timeline.js";
+import "./control.js";
+import "./panel.js";
+import { showPicture } from "./view.js";
+
+// One card may fill the place of all.
+
+function enlarge(card, is_large) {
+  for (const other of document.querySelectorAll(".card.large")) {
+    other.classList.remove("large");
+  }
+  card?.classList.toggle("large", is_large);
+  byId("cards").classList.toggle("has-large", is_large);
+}
+
+for (const card of document.querySelectorAll(".card")) {
+  const title = card.querySelector("h2").textContent;
+  const toggle = button("⤢", `Enlarge ${title}`, () => enlarge(card, !card.matches(".large")), {
+    class: "enlarge",
+    "aria-label": `Enlarge ${title}`,
+  });
+  card.querySelector("header .tools").append(toggle);
+}
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    enlarge(null, false);
+  }
+});
+
+// The moment that is looked at stands in the address, so that it can be found again.
+
+function fromAddress() {
+  const words = new URLSearchParams(location.hash.slice(1));
+  if (words.has("machine")) {
+    page.choose(words.get("machine"));
+  }
+  const time_s = Number(words.get("t") ?? NaN);
+  return Number.isFinite(time_s) ? time_s : null;
+}
+
+let timer = 0;
+function toAddress() {
+  clearTimeout(timer);
+  timer = setTimeout(() => {
+    const time = page.cursor === null ? {} : { t: page.cursor.toFixed(page.digits) };
+    const words = new URLSearchParams({ machine: page.machine, ...time });
+    history.replaceState(null, "", `#${words}`);
+  }, 300);
+}
+
+/** A recording opens where it went wrong, if it did. */
+function firstLook(marks) {
+  const bad = marks.find((mark) => mark.kind === "fault" || mark.kind === "violation");
+  if (bad && page.isFile && page.cursor === null) {
+    page.look(bad.time_s);
+  }
+}
+
+let has_looked = false;
+on("now", () => {
+  if (!has_looked) {
+    has_looked = true;
+    const time_s = fromAddress();
+    if (time_s === null) {
+      firstLook(page.marks);
+    } else {
+      page.look(time_s);
+    }
+  }
+});
+on("cursor machine", toAddress);
+
+const connection = new Connection(
+  take,
+  showPicture,
+  (is_open) => {
+    page.connected = is_open;
+    emit("connection");
+  },
+);
+page.send = (message) => connection.send(message);

@@ -1,0 +1,296 @@
+/** Control of the run, or of playing a recording: buttons, keys, and starting again. */
+
+import { showBreakpoints } from "./breakpoints.js";
+import { button, byId, html, seconds, setText } from "./dom.js";
+import { say } from "./notices.js";
+import { on, page } from "./state.js";
+import { jumpMark, jumpTransition, showAll, zoom } from "./timeline.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+// Playing a recording: the page moves its cursor itself.
+
+let play_speed = 1;
+let played_ms = 0;
+
+function play() {
+  page.playing = !page.playing;
+  if (page.playing) {
+    if (page.cursor === null || page.cursor >= page.end_s - 1e-6) {
+      page.look(page.hello.begin_s);
+    }
+    played_ms = performance.now();
+    requestAnimationFrame(playOn);
+  }
+  show();
+}
+
+function playOn(now_ms) {
+  if (!page.playing) {
+    return;
+  }
+  const passed_s = (Math.max(0, now_ms - played_ms) / 1000) * play_speed;
+  played_ms = now_ms;
+  const time_s = Math.min(page.end_s, page.cursor + passed_s);
+  page.playing = time_s < page.end_s;
+  page.look(time_s);
+  if (page.playing) {
+    requestAnimationFrame(playOn);
+  } else {
+    show();
+  }
+}
+
+// Commands.
+
+function command(ability, message) {
+  const refusal = page.refusal(ability);
+  if (refusal) {
+    say(`Not done: ${refusal}.`);
+  } else {
+    page.send(message);
+  }
+}
+
+function pauseOrGoOn() {
+  if (page.isFile) {
+    play();
+  } else {
+    command("pause", { type: page.now?.status === "paused" ? "continue" : "pause" });
+  }
+}
+
+function step() {
+  if (page.isFile) {
+    page.playing = false;
+    page.look(page.time_s + (page.chosen?.period_s ?? 0.1));
+  } else {
+    page.look(null);
+    command("step", { type: "step", machine: page.machine });
+  }
+}
+
+function setSpeed() {
+  const value = speed.value === "max" ? null : Number(speed.value);
+  if (page.isFile) {
+    play_speed = value ?? 100;
+  } else {
+    command("speed", { type: "speed", value });
+  }
+}
+
+const pause = button("Pause", "Pause or go on (Space)", pauseOrGoOn, { id: "pause", class: "main" });
+const stepping = button("Step", "", step, { id: "step" });
+const speed = html(
+  "select",
+  { id: "speed", "aria-label": "Speed", onchange: setSpeed },
+  ...SPEEDS.map((value) => html("option", { value, selected: value === 1 }, `× ${value}`)),
+  html("option", { value: "max" }, "max"),
+);
+const breaks = button("Breakpoints", "Breakpoints (b)", showBreakpoints, { id: "breaks" });
+const again = button("Start again…", "Start again, with other constants", showRestart, { id: "again" });
+const help = button("?", "Keys (?)", showHelp, { id: "keys", "aria-label": "Keys" });
+byId("controls").append(pause, stepping, speed, breaks, again, help);
+byId("follow").addEventListener("click", () => page.look(null));
+byId("take").addEventListener("click", () => page.send({ type: "take" }));
+
+// What the buttons and the clock show.
+
+/** Hide what cannot be done at all, and say why what is there cannot be done now. */
+function offer(element, ability, title) {
+  element.hidden = !page.isFile && !page.hello.can[ability];
+  const refusal = page.isFile ? "" : page.refusal(ability);
+  element.setAttribute("aria-disabled", String(Boolean(refusal)));
+  element.title = refusal ? `${title}\nNot now: ${refusal}.` : title;
+}
+
+function show() {
+  if (!page.hello) {
+    return;
+  }
+  const is_still = page.isFile ? !page.playing : page.now?.status === "paused";
+  setText(pause, is_still ? (page.isFile ? "Play" : "Continue") : "Pause");
+  pause.classList.toggle("go", is_still);
+  offer(pause, "pause", `${pause.textContent} (Space)`);
+  offer(stepping, "step", `One period of ${page.machine} (s)`);
+  offer(speed, "speed", "Simulated seconds in a second");
+  offer(breaks, "break", "Breakpoints (b)");
+  offer(again, "restart", "Start again, with other constants if wanted");
+  breaks.hidden = !page.hello.can.break;
+  again.hidden = !page.hello.can.restart;
+  const number = page.breakpoints.length;
+  setText(breaks, number ? `Breakpoints ${number}` : "Breakpoints");
+  showClock();
+  showStatus();
+}
+
+function showClock() {
+  setText(byId("time"), seconds(page.time_s, page.digits));
+  const is_past = page.cursor !== null && !page.isFile;
+  byId("follow").hidden = !is_past;
+  document.body.classList.toggle("past", is_past);
+  setText(byId("follow"), page.now?.status === "ended" ? "End" : "Live");
+  byId("follow").title = "Back to the latest moment (l)";
+}
+
+function showStatus() {
+  const chip = byId("status");
+  const { now } = page;
+  let words = page.isFile ? "" : (now?.status ?? "begins");
+  if (now?.status === "running" && now.factor !== null && !page.isFile) {
+    const factor = Number(now.factor.toPrecision(2));
+    words = page.hello.real_time ? "running in real time" : `running × ${factor}`;
+  }
+  const late = Object.entries(now?.real_time ?? {});
+  if (late.length) {
+    const worst = Math.max(...late.map(([, { late_ms }]) => late_ms));
+    words += `, ${worst.toFixed(1)} ms late`;
+  }
+  const state = page.connected ? (now?.status ?? "") : "lost";
+  chip.className = `chip is-${page.isFile && page.connected ? "file" : state}`;
+  setText(chip, page.connected ? words : "not connected");
+  chip.hidden = page.connected && !words;
+  chip.title = page.clients > 1 ? `${page.clients} pages are open` : "";
+  byId("take").hidden = page.isFile || page.controls || !page.connected;
+}
+
+function showAbout() {
+  const { title, source, file, seed } = page.hello;
+  setText(byId("title"), title);
+  document.title = `${title} – specc`;
+  const chip = byId("source");
+  chip.hidden = false;
+  setText(chip, source === "live" ? `live, seed ${seed}` : `${file}, seed ${seed}`);
+  show();
+}
+
+// Starting again.
+
+function showRestart() {
+  const refusal = page.isFile ? "" : page.refusal("restart");
+  if (refusal) {
+    say(`Not done: ${refusal}.`);
+    return;
+  }
+  const dialog = byId("restart");
+  const here_s = page.time_s;
+  const fields = page.hello.constants.map((constant) => ({
+    ...constant,
+    field: html("input", { value: constant.text, "aria-label": constant.name, spellcheck: "false" }),
+  }));
+  const rows = fields.map(({ name, unit, field }) =>
+    html("label", { class: "constant", "data-name": name }, html("span", {}, name), field, unit),
+  );
+  const search = html("input", {
+    type: "search", placeholder: "Find a constant…", "aria-label": "Find a constant",
+    oninput: () => {
+      for (const row of rows) {
+        row.hidden = !row.dataset.name.toLowerCase().includes(search.value.toLowerCase());
+      }
+    },
+  });
+  const from = (value, text, checked) =>
+    html("label", {}, html("input", { type: "radio", name: "from", value, checked }), text);
+  const send = () => {
+    const is_here = dialog.querySelector("[name=from]:checked").value === "here";
+    const changed = fields.filter(({ text, field }) => field.value.trim() !== text);
+    const set = Object.fromEntries(changed.map(({ name, field }) => [name, field.value.trim()]));
+    page.send({ type: "restart", from_s: is_here ? here_s : null, set });
+  };
+  dialog.replaceChildren(
+    html("h2", { id: "restart-title" }, "Start again"),
+    html(
+      "form",
+      { method: "dialog", onsubmit: (event) => event.submitter?.value === "start" && send() },
+      html(
+        "fieldset",
+        {},
+        html("legend", {}, "From"),
+        from("begin", "the beginning", page.cursor === null),
+        from("here", `here, ${seconds(here_s, page.digits)}`, page.cursor !== null),
+      ),
+      rows.length ? html("fieldset", {}, html("legend", {}, "Constants"), search,
+        html("div", { class: "constants" }, ...rows)) : null,
+      html("p", { class: "hint" }, "Changed constants are checked again before the run starts."),
+      html(
+        "div",
+        { class: "ends" },
+        html("button", { value: "" }, "Cancel"),
+        html("button", { value: "start", class: "main" }, "Start"),
+      ),
+    ),
+  );
+  dialog.showModal();
+}
+
+// Keys.
+
+const KEYS = [
+  ["Space", "pause, go on, play"],
+  ["s", "step: one period of the chosen machine"],
+  ["← →", "previous and next transition of the machine"],
+  ["Shift ← →", "previous and next fault or violation"],
+  ["+ − 0", "zoom the timeline in, out, to the whole run"],
+  ["l", "back to the latest moment"],
+  ["m, Shift m", "next and previous machine"],
+  ["b", "breakpoints"],
+  ["Enter", "on a state or an arc: set or remove a breakpoint"],
+  ["← →", "on a state: through the rows that leave it; Escape: back"],
+  ["Escape", "leave an enlarged card"],
+];
+
+function showHelp() {
+  const dialog = byId("help");
+  dialog.replaceChildren(
+    html("h2", { id: "help-title" }, "Keys"),
+    html(
+      "dl",
+      { class: "keys" },
+      ...KEYS.flatMap(([key, words]) => [html("dt", {}, html("kbd", {}, key)), html("dd", {}, words)]),
+    ),
+    html("form", { method: "dialog", class: "ends" }, html("button", {}, "Close")),
+  );
+  dialog.showModal();
+}
+
+function chooseNext(direction) {
+  const names = page.hello.machines.map((machine) => machine.name);
+  page.choose(names[(names.indexOf(page.machine) + direction + names.length) % names.length]);
+}
+
+const ACTIONS = {
+  " ": pauseOrGoOn,
+  s: step,
+  ArrowLeft: (event) => (event.shiftKey ? jumpMark(-1) : jumpTransition(-1)),
+  ArrowRight: (event) => (event.shiftKey ? jumpMark(1) : jumpTransition(1)),
+  "+": () => zoom(0.5),
+  "-": () => zoom(2),
+  0: showAll,
+  l: () => page.look(null),
+  m: () => chooseNext(1),
+  M: () => chooseNext(-1),
+  b: () => page.hello.can.break && showBreakpoints(),
+  "?": showHelp,
+};
+
+document.addEventListener("keydown", (event) => {
+  const { target } = event;
+  const action = ACTIONS[event.key];
+  const is_modified = event.ctrlKey || event.altKey || event.metaKey;
+  const is_entry = target.closest("input, textarea, select, dialog");
+  const is_pressed = event.key === " " && target.closest("button, summary");
+  if (action && page.hello && !is_modified && !is_entry && !is_pressed) {
+    event.preventDefault();
+    action(event);
+  }
+});
+
+on("hello", showAbout);
+on("now cursor control connection breakpoints machine", show);
+on("now", () => {
+  const value = page.now.speed === null ? "max" : String(page.now.speed);
+  if (!page.isFile && document.activeElement !== speed) {
+    speed.value = [...speed.options].some((option) => option.value === value) ? value : "1";
+  }
+});
+on("stopped", () => page.look(null));

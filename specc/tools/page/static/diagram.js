@@ -1,0 +1,115 @@
+/** A picture of `specc graph` in a card: as large as fits, else scrolled to what matters. */
+
+import { html, parseSvg } from "./dom.js";
+
+const LEAST = 1;
+/** Pixels for a unit of a picture, whose text is 10 units high; smaller is not legible. */
+const NATURAL = 4 / 3;
+const MOST = 1.7;
+const MARGIN = 4;
+const NARROW = matchMedia("(max-width: 699px)");
+const CALM = matchMedia("(prefers-reduced-motion: reduce)");
+
+export class Diagram {
+  /** @param {HTMLElement} container */
+  constructor(container) {
+    this.container = container;
+    this.svg = null;
+    this.url = null;
+    this.centred = null;
+    /** Lines of text below a picture: each a list of its cells. */
+    this.notes = [];
+    new ResizeObserver(() => this.fit()).observe(container);
+  }
+
+  /**
+   * Show the picture at an address; false if another one was asked for meanwhile.
+   * @param {string|null} url
+   * @returns {Promise<boolean>}
+   */
+  async show(url) {
+    this.url = url;
+    this.centred = null;
+    const found = url ? await this.load(url) : null;
+    if (this.url !== url) {
+      return false;
+    }
+    this.svg = found;
+    this.notes = [];
+    if (found) {
+      this.container.replaceChildren(found);
+      this.crop();
+      this.fit();
+    } else {
+      const words = url ? "The picture could not be drawn." : "There is no picture of this.";
+      this.container.replaceChildren(html("p", { class: "empty" }, words));
+    }
+    return true;
+  }
+
+  async load(url) {
+    try {
+      const answer = await fetch(url);
+      return answer.ok ? parseSvg(await answer.text()) : null;
+    } catch {
+      return null;
+    }
+  }
+
+  /** Cut off the background, and the notes, which are kept as texts. */
+  crop() {
+    const graph = this.svg.querySelector("g.graph") ?? this.svg;
+    const lines = new Map();
+    for (const element of [...graph.children]) {
+      if (element.localName === "text") {
+        const y = Number(element.getAttribute("y"));
+        const key = [...lines.keys()].find((other) => Math.abs(other - y) < 4) ?? y;
+        lines.set(key, [...(lines.get(key) ?? []), element]);
+        element.remove();
+      } else if (element.localName === "polygon") {
+        element.remove();
+      }
+    }
+    const across = (element) => Number(element.getAttribute("x"));
+    const cells = (texts) => texts.sort((a, b) => across(a) - across(b));
+    this.notes = [...lines.keys()]
+      .sort((a, b) => a - b)
+      .map((y) => cells(lines.get(y)).map((element) => element.textContent));
+    const { x, y, width, height } = this.svg.getBBox();
+    this.width = width + 2 * MARGIN;
+    this.height = height + 2 * MARGIN;
+    this.svg.setAttribute("viewBox", `${x - MARGIN} ${y - MARGIN} ${this.width} ${this.height}`);
+  }
+
+  fit() {
+    if (!this.svg || !this.container.clientWidth) {
+      return;
+    }
+    const { clientWidth: width, clientHeight: height } = this.container;
+    const fitting = Math.min(width / this.width, height / this.height);
+    const scale = NARROW.matches ? NATURAL : Math.max(LEAST, Math.min(MOST, fitting));
+    this.svg.setAttribute("width", Math.floor(this.width * scale));
+    this.svg.setAttribute("height", Math.floor(this.height * scale));
+    const element = this.centred;
+    this.centred = null;
+    this.centre(element, false);
+  }
+
+  find(id) {
+    return this.svg?.querySelector(`#${CSS.escape(id)}`) ?? null;
+  }
+
+  /** Scroll to an element, if it is another than the last one and not all of the picture is seen. */
+  centre(element, is_smooth = !CALM.matches) {
+    if (!element || element === this.centred) {
+      return;
+    }
+    this.centred = element;
+    const { container } = this;
+    const inside = element.getBoundingClientRect();
+    const around = container.getBoundingClientRect();
+    const left = inside.left + inside.width / 2 - around.left - container.clientWidth / 2;
+    const top = inside.top + inside.height / 2 - around.top - container.clientHeight / 2;
+    container.scrollBy({ left, top, behavior: is_smooth ? "smooth" : "instant" });
+  }
+}

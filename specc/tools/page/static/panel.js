@@ -1,0 +1,279 @@
+/**
+ * The operator's panel and live constants. A hold button sends a sign of life while it is held and
+ * the page has the focus; the run itself releases it when they stop.
+ */
+
+import { byId, html, number, setText } from "./dom.js";
+import { on, page } from "./state.js";
+
+const SIGN_OF_LIFE_MS = 50;
+const STEPS = 200;
+/** Of a slider, unless it has whole numbers. */
+const MOST_CHOICES = 4;
+const PRESSED_MS = 250;
+
+/** Name -> what shows a value that came: of panel elements, and of live constants. */
+let widgets = new Map();
+let constants = new Map();
+/** Releases of the buttons that are held now. */
+const releases = new Set();
+
+function releaseAll() {
+  for (const release of [...releases]) {
+    release();
+  }
+}
+
+const operate = (element, value) => page.send({ type: "panel", name: element.name, value });
+
+// One function for each kind of element: its control, and how it shows a value.
+
+/** A button, of which each press is an event. */
+function pushButton(element) {
+  const control = html("button", { type: "button", class: "push" }, "Press");
+  control.addEventListener("click", () => {
+    operate(element, true);
+    control.classList.add("pressed");
+    setTimeout(() => control.classList.remove("pressed"), PRESSED_MS);
+  });
+  return { control, show: () => {} };
+}
+
+/** A button that is true while it is held. */
+function holdButton(element) {
+  const control = html("button", { type: "button", class: "push hold" }, "Hold");
+  let timer = 0;
+  const release = () => {
+    if (!timer) {
+      return;
+    }
+    clearInterval(timer);
+    timer = 0;
+    releases.delete(release);
+    control.classList.remove("held");
+    page.send({ type: "release", name: element.name });
+  };
+  const sign = () => {
+    if (!document.hasFocus() || document.hidden || control.disabled || !page.connected) {
+      release();
+    } else {
+      page.send({ type: "hold", name: element.name });
+    }
+  };
+  const hold = () => {
+    if (timer || control.disabled) {
+      return;
+    }
+    timer = setInterval(sign, SIGN_OF_LIFE_MS);
+    releases.add(release);
+    control.classList.add("held");
+    sign();
+  };
+  control.addEventListener("pointerdown", (event) => {
+    if (event.button === 0) {
+      control.setPointerCapture(event.pointerId);
+      hold();
+    }
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) {
+    control.addEventListener(name, release);
+  }
+  control.addEventListener("contextmenu", (event) => event.preventDefault());
+  control.addEventListener("keydown", (event) => {
+    if (event.key === " " || event.key === "Enter") {
+      event.preventDefault();
+      hold();
+    } else {
+      release();
+    }
+  });
+  control.addEventListener("keyup", release);
+  const show = (value) => {
+    control.setAttribute("aria-pressed", String(Boolean(value)));
+    setText(control, value ? "Held" : "Hold");
+  };
+  return { control, show };
+}
+
+function switchButton(element) {
+  const control = html("button", { type: "button", role: "switch", class: "switch" });
+  control.addEventListener("click", () => {
+    operate(element, control.getAttribute("aria-checked") !== "true");
+  });
+  const show = (value) => {
+    control.setAttribute("aria-checked", String(Boolean(value)));
+    setText(control, value ? "on" : "off");
+  };
+  return { control, show };
+}
+
+function choiceButtons(element) {
+  if (element.choices.length > MOST_CHOICES) {
+    const items = element.choices.map((choice) => html("option", { value: choice }, choice));
+    const control = html("select", {}, ...items);
+    control.addEventListener("change", () => operate(element, control.value));
+    return { control, show: (value) => (control.value = value) };
+  }
+  const items = element.choices.map((choice) => {
+    const properties = { type: "radio", name: element.name, value: choice };
+    const radio = html("input", properties);
+    radio.addEventListener("change", () => operate(element, choice));
+    return html("label", {}, radio, html("span", {}, choice));
+  });
+  const control = html("div", { role: "radiogroup", class: "choice" }, ...items);
+  const show = (value) => {
+    for (const item of items) {
+      item.firstChild.checked = item.firstChild.value === value;
+    }
+  };
+  return { control, show };
+}
+
+function rangeWords({ least, greatest, unit }) {
+  return `${number(least)} … ${number(greatest)}${unit ? ` ${unit}` : ""}`;
+}
+
+function slider(element) {
+  const { least, greatest, whole } = element;
+  const step = whole ? 1 : (greatest - least) / STEPS;
+  const track = html("input", { type: "range", min: least, max: greatest, step });
+  const output = html("output", { class: "value" });
+  const control = html("div", { class: "slide" }, track, output);
+  let is_moved = false;
+  const write = (value) => setText(output, `${number(value)} ${element.unit}`);
+  track.addEventListener("input", () => {
+    is_moved = true;
+    write(Number(track.value));
+    operate(element, Number(track.value));
+  });
+  track.addEventListener("change", () => (is_moved = false));
+  const show = (value) => {
+    if (!is_moved) {
+      track.value = value;
+      write(value);
+    }
+  };
+  return { control, show };
+}
+
+/** A number in its range; `send` gets what was entered. */
+function numberField(element, send) {
+  const { least, greatest, whole } = element;
+  const field = html("input", {
+    type: "number", min: least, max: greatest, step: whole ? 1 : "any", inputmode: "decimal",
+  });
+  const range = html("span", { class: "range" }, rangeWords(element));
+  const control = html("div", { class: "entry" }, field, range);
+  field.addEventListener("change", () => {
+    const is_right = field.value !== "" && field.validity.valid;
+    field.setAttribute("aria-invalid", String(!is_right));
+    if (is_right) {
+      send(Number(field.value));
+    }
+  });
+  const show = (value) => {
+    if (document.activeElement !== field) {
+      field.value = Number(Number(value).toPrecision(6));
+      field.setAttribute("aria-invalid", "false");
+    }
+  };
+  return { control, show };
+}
+
+const KINDS = {
+  button: (element) => (element.hold ? holdButton(element) : pushButton(element)),
+  switch: switchButton,
+  slider,
+  choice: choiceButtons,
+  number: (element) => numberField(element, (value) => operate(element, value)),
+};
+
+// The card.
+
+function labelled(element, { control, show }, index) {
+  const id = `widget-${index}`;
+  const title = element.title || element.name.slice(element.name.lastIndexOf(".") + 1);
+  const key = element.key ? html("kbd", { title: "Its key with --keys" }, element.key) : null;
+  const name = html("span", { class: "label", id, title: element.name }, title, key);
+  const target = control.querySelector("input:not([type=radio])") ?? control;
+  target.setAttribute("aria-labelledby", id);
+  const kind = element.kind ?? "number";
+  return [html("div", { class: `widget of-${kind}` }, name, control), show];
+}
+
+function build() {
+  releaseAll();
+  const { panel, live } = page.hello;
+  widgets = new Map();
+  constants = new Map();
+  byId("operate").hidden = panel.length + live.length === 0;
+  byId("cards").classList.toggle("has-operate", panel.length + live.length > 0);
+  setText(byId("operate-title"), panel.length ? "Operator’s panel" : "Live constants");
+  const parts = panel.map((element, index) => {
+    const [row, show] = labelled(element, KINDS[element.kind](element), index);
+    show(element.initial);
+    widgets.set(element.name, show);
+    return row;
+  });
+  const entries = live.map((constant, index) => {
+    const send = (value) => page.send({ type: "set", name: constant.name, value });
+    const entry = numberField(constant, send);
+    const [row, show] = labelled(constant, entry, panel.length + index);
+    show(constant.value);
+    constants.set(constant.name, show);
+    row.classList.add("constant");
+    return row;
+  });
+  const safety = "This panel is no safety device: keep a real emergency stop within reach.";
+  byId("widgets").replaceChildren(
+    ...(panel.length ? [html("p", { class: "safety" }, safety)] : []),
+    html("p", { class: "locked", id: "locked", hidden: true }),
+    html("div", { class: "grid" }, ...parts),
+    ...(live.length && panel.length ? [html("h3", {}, "Live constants")] : []),
+    html("div", { class: "grid" }, ...entries),
+  );
+  lock();
+}
+
+/** Disable all controls while they cannot be used, and say why. */
+function lock() {
+  const refusals = { panel: page.refusal("panel"), live: page.refusal("live") };
+  for (const row of byId("widgets").querySelectorAll(".widget")) {
+    const refusal = row.classList.contains("constant") ? refusals.live : refusals.panel;
+    for (const control of row.querySelectorAll("button, input, select")) {
+      control.disabled = Boolean(refusal);
+      control.title = refusal;
+    }
+  }
+  const refusal = refusals.panel || refusals.live;
+  const line = byId("locked");
+  line.hidden = !refusal;
+  setText(line, refusal ? `Not now: ${refusal}.` : "");
+  if (refusal) {
+    releaseAll();
+  }
+}
+
+function showValues() {
+  for (const [name, value] of Object.entries(page.now.panel ?? {})) {
+    widgets.get(name)?.(value);
+  }
+  for (const [name, value] of Object.entries(page.now.live ?? {})) {
+    constants.get(name)?.(value);
+  }
+}
+
+window.addEventListener("blur", releaseAll);
+window.addEventListener("pagehide", releaseAll);
+document.addEventListener("visibilitychange", releaseAll);
+
+let status = "";
+on("hello", build);
+on("control connection", () => page.hello && lock());
+on("now", () => {
+  showValues();
+  if (page.now.status !== status) {
+    status = page.now.status;
+    lock();
+  }
+});

@@ -1,0 +1,52 @@
+/** Requirements: the verdict and the margin at the moment that is shown. */
+
+import { breakpointButton } from "./breakpoints.js";
+import { byId, html, number, placeOf, seconds, setText } from "./dom.js";
+import { on, page } from "./state.js";
+
+const SIGNS = { holds: "●", violated: "✕", open: "○", unknown: "–" };
+const WORDS = { holds: "holds", violated: "violated", open: "open so far", unknown: "not known" };
+
+let rows = [];
+
+function build() {
+  rows = page.hello.requirements.map((requirement) => {
+    const sign = html("span", { class: "sign", "aria-hidden": "true" });
+    const verdict = html("b", { class: "verdict" });
+    const margin = html("span", { class: "margin" });
+    const element = html(
+      "article",
+      { class: "requirement" },
+      sign,
+      html("div", { class: "that" }, requirement.that),
+      html("div", { class: "judged" }, verdict, margin, placeOf(requirement.place)),
+      requirement.because ? html("div", { class: "because" }, requirement.because) : null,
+    );
+    if (!page.isFile) {
+      element.append(breakpointButton({ kind: "requirement", that: requirement.that }));
+    }
+    return { element, sign, verdict, margin };
+  });
+  const none = html("p", { class: "empty" }, "The task requires nothing.");
+  byId("verdict-list").replaceChildren(...(rows.length ? rows.map((row) => row.element) : [none]));
+  show();
+}
+
+function show() {
+  let violated = 0;
+  rows.forEach(({ element, sign, verdict, margin }, place) => {
+    const found = page.shown.requirements?.[place] ?? { verdict: "unknown", margin: null };
+    violated += found.verdict === "violated" ? 1 : 0;
+    element.className = `requirement is-${found.verdict}`;
+    setText(sign, SIGNS[found.verdict]);
+    const at_s = found.time_s ?? null;
+    const is_dated = found.verdict === "violated" && at_s !== null;
+    setText(verdict, WORDS[found.verdict] + (is_dated ? ` at ${seconds(at_s, page.digits)}` : ""));
+    setText(margin, found.margin === null ? "" : `margin ${number(found.margin)}`);
+  });
+  const words = violated ? `${violated} of ${rows.length} violated` : "";
+  setText(byId("verdicts"), words);
+}
+
+on("hello breakpoints", () => page.hello && build());
+on("shown", show);

@@ -1,0 +1,292 @@
+/** Signals chosen by name: their values at the cursor, and the plot of the window around it. */
+
+import { button, byId, debounce, dotted, html, recall, remember, setText } from "./dom.js";
+import { plots } from "./plot.js";
+import { askValues, on, page, Question } from "./state.js";
+
+const WINDOWS = [2, 5, 10, 30, 60];
+const FIRST = 4;
+/** Signals that are shown before any were chosen. */
+const MOST_FOUND = 60;
+const BETWEEN_MS = 500;
+const REST_MS = 60;
+
+const list = byId("plots");
+/** Signal -> its card: elements, question, and the last series. */
+let cards = new Map();
+let window_s = recall("window", 10);
+let last_ms = 0;
+
+// What is chosen.
+
+function chosenNames() {
+  const known = new Set(page.hello.signals.map((signal) => signal.name));
+  const before = recall(`signals of ${page.hello.system}`, null)?.filter((name) => known.has(name));
+  return before?.length ? before : usual();
+}
+
+/** What is really so, and inputs of control subsystems, as far as they are numbers. */
+function usual() {
+  const drawn = page.hello.signals.filter((signal) => signal.components.length > 0);
+  const rank = ({ name }) => (name.startsWith("plant.") ? 0 : /\.c\.x\./.test(name) ? 1 : 2);
+  return drawn
+    .toSorted((a, b) => rank(a) - rank(b))
+    .slice(0, FIRST)
+    .map((signal) => signal.name);
+}
+
+function keep() {
+  remember(`signals of ${page.hello.system}`, [...cards.keys()]);
+  tellServer();
+}
+
+function tellServer() {
+  page.watching = { ...page.watching, signals: [...cards.keys()] };
+  page.send({ type: "watch", ...page.watching, machine: page.machine });
+}
+
+function choose(name) {
+  const signal = page.hello.signals.find((one) => one.name === name);
+  if (signal && !cards.has(name)) {
+    cards.set(name, cardOf(signal));
+    list.append(cards.get(name).element);
+    showValues();
+    askSeries(cards.get(name));
+  }
+}
+
+function drop(name) {
+  cards.get(name).element.remove();
+  cards.delete(name);
+  keep();
+}
+
+function cardOf(signal) {
+  const value = html("output", { class: "value" });
+  const pictures = html("div", { class: "pictures" });
+  const remove = button("×", `Remove ${signal.name}`, () => drop(signal.name), {
+    "aria-label": `Remove ${signal.name}`,
+  });
+  const name = html("span", { class: "name", title: signal.title }, ...dotted(signal.name));
+  const title = html("span", { class: "title" }, signal.title);
+  const head = html("div", { class: "head" }, name, title, value, remove);
+  const element = html("article", { class: "signal", "aria-label": signal.name }, head, pictures);
+  return { signal, element, value, pictures, question: new Question("series"), series: null };
+}
+
+// Values and plots.
+
+function showValues() {
+  for (const [name, card] of cards) {
+    const text = page.shown.values?.[name] ?? "–";
+    setText(card.value, text);
+    card.value.title = text;
+  }
+  if (all.open) {
+    showAll();
+  }
+}
+
+function askSeries(card) {
+  if (card.signal.components.length) {
+    card.question.ask({ name: card.signal.name, time_s: page.cursor, window_s });
+  }
+}
+
+function askAll() {
+  last_ms = performance.now();
+  for (const card of cards.values()) {
+    askSeries(card);
+  }
+}
+
+const askAtRest = debounce(askAll, REST_MS);
+
+function askInTime() {
+  const is_moving = page.playing || (page.cursor === null && !page.isFile);
+  if (is_moving && performance.now() - last_ms > BETWEEN_MS) {
+    if (page.cursor === null) {
+      askValues();
+    }
+    askAll();
+  }
+}
+
+function draw(card) {
+  const width = list.clientWidth - 24;
+  if (card.series && width > 100) {
+    card.pictures.replaceChildren(...plots(card.signal, card.series, page.time_s, width));
+  }
+}
+
+// Search.
+
+const field = html("input", {
+  type: "search",
+  role: "combobox",
+  placeholder: "Add a signal…",
+  "aria-label": "Add a signal by name",
+  "aria-expanded": "false",
+  "aria-controls": "found",
+  "aria-autocomplete": "list",
+  autocomplete: "off",
+  spellcheck: "false",
+});
+const found = html("ul", { id: "found", role: "listbox", "aria-label": "Signals", hidden: true });
+byId("search").append(field, found);
+let active = 0;
+
+function search() {
+  const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+  const fits = ({ name, title }) => {
+    const text = `${name} ${title}`.toLowerCase();
+    return words.every((word) => text.includes(word));
+  };
+  const names = page.hello.signals.filter((signal) => fits(signal) && !cards.has(signal.name));
+  const items = names.slice(0, MOST_FOUND).map((signal) =>
+    html(
+      "li",
+      {
+        role: "option",
+        "data-name": signal.name,
+        onpointerdown: (event) => {
+          event.preventDefault();
+          take(signal.name);
+        },
+      },
+      html("span", {}, ...dotted(signal.name)),
+      html("span", { class: "title" }, [signal.title, signal.unit].filter(Boolean).join(" · ")),
+    ),
+  );
+  const none = html("li", { class: "empty" }, "No other signal has that in its name or title.");
+  found.replaceChildren(...(items.length ? items : [none]));
+  activate(0);
+  open(true);
+}
+
+function open(is_open) {
+  found.hidden = !is_open;
+  field.setAttribute("aria-expanded", String(is_open));
+}
+
+function activate(place) {
+  const items = [...found.querySelectorAll("[role=option]")];
+  active = items.length ? (place + items.length) % items.length : 0;
+  items.forEach((item, at) => {
+    item.setAttribute("aria-selected", String(at === active));
+    item.id = at === active ? "found-active" : "";
+  });
+  if (items.length) {
+    field.setAttribute("aria-activedescendant", "found-active");
+    items[active].scrollIntoView({ block: "nearest" });
+  } else {
+    field.removeAttribute("aria-activedescendant");
+  }
+}
+
+function take(name) {
+  choose(name);
+  keep();
+  field.value = "";
+  open(false);
+  cards.get(name)?.element.scrollIntoView({ block: "nearest" });
+}
+
+function onKey(event) {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  if (step) {
+    event.preventDefault();
+    if (found.hidden) {
+      search();
+    } else {
+      activate(active + step);
+    }
+  } else if (event.key === "Enter" && !found.hidden) {
+    const name = found.querySelector("#found-active")?.dataset.name;
+    if (name) {
+      take(name);
+    }
+  } else if (event.key === "Escape" && !found.hidden) {
+    open(false);
+    event.stopPropagation();
+  }
+}
+
+field.addEventListener("input", search);
+field.addEventListener("focus", search);
+field.addEventListener("blur", () => open(false));
+field.addEventListener("keydown", onKey);
+
+// All values, without plots.
+
+const table = html("table", {}, html("tbody"));
+const all = html(
+  "details",
+  { class: "all", ontoggle: () => showAll() },
+  html("summary", {}, "All values"),
+  table,
+);
+let cells = new Map();
+
+function showAll() {
+  if (!all.open) {
+    return;
+  }
+  if (!cells.size) {
+    for (const signal of page.hello.signals) {
+      cells.set(signal.name, html("td", { class: "value" }));
+    }
+    const rows = [...cells].map(([name, cell]) =>
+      html("tr", {}, html("th", { scope: "row" }, ...dotted(name)), cell),
+    );
+    table.tBodies[0].replaceChildren(...rows);
+  }
+  for (const [name, cell] of cells) {
+    setText(cell, page.shown.values?.[name] ?? "–");
+  }
+}
+
+// The window of time.
+
+const choice = html(
+  "select",
+  {
+    "aria-label": "Length of plots",
+    onchange: () => {
+      window_s = Number(choice.value);
+      remember("window", window_s);
+      askAll();
+    },
+  },
+  ...WINDOWS.map((s) => html("option", { value: s, selected: s === window_s }, `${s} s`)),
+);
+byId("windows").append(choice);
+
+on("hello", () => {
+  cards = new Map();
+  cells = new Map();
+  list.replaceChildren();
+  for (const name of chosenNames()) {
+    choose(name);
+  }
+  list.after(all);
+  tellServer();
+  askValues();
+});
+on("series", (message) => {
+  const card = cards.get(message.name);
+  if (card?.question.answers(message)) {
+    card.series = message;
+    draw(card);
+  }
+});
+on("shown", () => {
+  showValues();
+  askInTime();
+});
+on("cursor", () => {
+  cards.forEach(draw);
+  askAtRest();
+});
+on("machine", tellServer);
+new ResizeObserver(debounce(() => cards.forEach(draw), 50)).observe(list);

@@ -1,0 +1,246 @@
+/** What the page knows: the run, the moment that is shown, what is chosen, and who is told of it. */
+
+import { digitsOf } from "./dom.js";
+
+const LOST_MS = 1500;
+/** After so long an answer is not waited for any more. */
+
+const listeners = new Map();
+
+/** Call `action` whenever something of that name happened. */
+export function on(names, action) {
+  for (const name of names.split(" ")) {
+    listeners.set(name, [...(listeners.get(name) ?? []), action]);
+  }
+}
+
+/** Say that something happened. */
+export function emit(name, value) {
+  for (const action of listeners.get(name) ?? []) {
+    action(value);
+  }
+}
+
+/** A question of which at most one is on its way, and after it only the newest. */
+export class Question {
+  constructor(type) {
+    this.type = type;
+    this.id = 0;
+    this.next = null;
+    this.sent_ms = -Infinity;
+  }
+
+  ask(message) {
+    if (performance.now() - this.sent_ms < LOST_MS) {
+      this.next = message;
+      return;
+    }
+    this.id += 1;
+    this.sent_ms = performance.now();
+    page.send({ type: this.type, id: this.id, ...message });
+  }
+
+  /** Whether a message answers the last question; then the next one is asked. */
+  answers(message) {
+    if (message.id !== this.id) {
+      return false;
+    }
+    this.sent_ms = -Infinity;
+    const next = this.next;
+    this.next = null;
+    if (next) {
+      this.ask(next);
+    }
+    return true;
+  }
+}
+
+const looking = new Question("look");
+
+export const page = {
+  /** @type {import("./protocol.js").Hello|null} */
+  hello: null,
+  /** @type {import("./protocol.js").Now|null} */
+  now: null,
+  /** What is shown: parts of a `now` or `moment` message. */
+  shown: { time_s: 0, states: {}, values: {}, requirements: [], poses: null, flow: [] },
+  /** The time that is looked at; null while the page follows the run or shows the end. */
+  cursor: null,
+  machine: "",
+  /** @type {Object<string, import("./protocol.js").Span[]>} */
+  spans: {},
+  /** @type {import("./protocol.js").Mark[]} */
+  marks: [],
+  /** @type {import("./protocol.js").Breakpoint[]} */
+  breakpoints: [],
+  controls: false,
+  clients: 1,
+  connected: false,
+  playing: false,
+  digits: 2,
+  send: () => {},
+
+  get isFile() {
+    return this.hello?.source === "file";
+  },
+
+  /** Where the timeline ends. */
+  get end_s() {
+    return Math.max(this.now?.time_s ?? 0, this.hello?.end_s ?? 0, this.hello?.begin_s ?? 0);
+  },
+
+  get time_s() {
+    return this.cursor ?? this.now?.time_s ?? 0;
+  },
+
+  /** Why a control cannot be used; "" if it can. */
+  refusal(ability) {
+    if (!this.connected) {
+      return "the page is not connected";
+    }
+    if (!this.hello.can[ability]) {
+      const real = this.hello.real_time ? "in real time" : "here";
+      return `this cannot be done ${this.isFile ? "with a recording" : real}`;
+    }
+    if (!this.controls) {
+      return "another page controls this run; take control first";
+    }
+    return this.now?.status === "ended" && ability !== "restart" ? "the run has ended" : "";
+  },
+
+  /** Look at a time, or follow the run with null. */
+  look(time_s) {
+    const begin_s = this.hello.begin_s;
+    const at_s = time_s === null ? null : Math.max(begin_s, Math.min(this.end_s, time_s));
+    this.cursor = at_s;
+    looking.ask({ time_s: at_s });
+    emit("cursor");
+  },
+
+  choose(machine) {
+    if (machine !== this.machine && this.hello.machines.some((one) => one.name === machine)) {
+      this.machine = machine;
+      emit("machine");
+    }
+  },
+
+  /** @returns {import("./protocol.js").Machine|undefined} */
+  get chosen() {
+    return this.hello.machines.find((one) => one.name === this.machine);
+  },
+};
+
+/** The span of a machine at a time. */
+export function spanAt(machine, time_s) {
+  const spans = page.spans[machine] ?? [];
+  let low = 0;
+  let high = spans.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (spans[middle][0] <= time_s + 1e-9) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return spans[low - 1] ?? null;
+}
+
+/** Ask for the values of now; a page that follows gets states by themselves. */
+export function askValues() {
+  looking.ask({ time_s: page.cursor });
+}
+
+function takeHello(message) {
+  const is_same = page.hello?.system === message.system;
+  page.hello = message;
+  page.controls = message.controls;
+  page.now = null;
+  page.cursor = null;
+  page.playing = false;
+  page.spans = {};
+  page.marks = [];
+  page.shown = { time_s: message.begin_s, states: {}, values: {}, requirements: [], poses: null };
+  page.shown.flow = [];
+  const periods = message.machines.map((machine) => machine.period_s);
+  page.digits = Math.max(2, ...periods.map(digitsOf));
+  if (!is_same || !page.chosen) {
+    const most = message.machines.toSorted((a, b) => b.states.length - a.states.length)[0];
+    page.machine = most?.name ?? "";
+  }
+}
+
+function takeNow(message) {
+  page.now = message;
+  if (page.cursor !== null) {
+    return;
+  }
+  const { time_s, states, flow, poses, requirements, values } = message;
+  Object.assign(page.shown, { time_s, states, flow, poses });
+  page.shown.requirements = requirements ?? page.shown.requirements;
+  page.shown.values = values ?? page.shown.values;
+}
+
+function takeMoment(message) {
+  if (!looking.answers(message)) {
+    return false;
+  }
+  if (page.cursor === null) {
+    page.shown.values = message.values;
+    page.shown.requirements = message.requirements ?? page.shown.requirements;
+  } else {
+    Object.assign(page.shown, message);
+  }
+  return true;
+}
+
+function takeSpans({ spans, replace }) {
+  for (const [machine, more] of Object.entries(spans)) {
+    const own = replace ? [] : (page.spans[machine] ?? []);
+    for (const span of more) {
+      const last = own[own.length - 1];
+      if (last && last[0] === span[0]) {
+        own.pop();
+      } else if (last && last[1] === null) {
+        last[1] = span[0];
+      }
+      own.push(span);
+    }
+    page.spans[machine] = own;
+  }
+}
+
+/** Take a message of the server and say what happened. */
+export function take(message) {
+  switch (message.type) {
+    case "hello":
+      takeHello(message);
+      break;
+    case "now":
+      takeNow(message);
+      break;
+    case "moment":
+      if (!takeMoment(message)) {
+        return;
+      }
+      break;
+    case "spans":
+      takeSpans(message);
+      break;
+    case "marks":
+      page.marks = message.replace ? message.marks : [...page.marks, ...message.marks];
+      page.marks.sort((a, b) => a.time_s - b.time_s);
+      break;
+    case "control":
+      page.controls = message.controls;
+      page.clients = message.clients;
+      break;
+    case "breakpoints":
+      page.breakpoints = message.breakpoints;
+      break;
+  }
+  emit(message.type, message);
+  if (message.type === "moment" || (message.type === "now" && page.cursor === null)) {
+    emit("shown");
+  }
+}
