@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from specc.lang import show
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.system import PLANT, Binding, Element, Plant, System
+from specc.model.system import PLANT, Binding, Element, Plant, System, Widget
 from specc.model.types import Pose
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
@@ -86,6 +87,15 @@ def first_key(binding: Binding, attributes: Iterable[str]) -> str:
     """The first of some attributes that a binding has, as files spell its key; empty if none."""
     name = next((name for name in attributes if getattr(binding, name)), "")
     return _KEYS.get(name, name)
+
+
+def widget_text(widget: Widget) -> str:
+    """What of the panel sets an element, within which range and from which value on."""
+    bounds = " to ".join(map(show, widget.bounds or ()))
+    initial = "" if widget.initial is None else f"init {show(widget.initial)}"
+    key = f"key {widget.key}" if widget.key else ""
+    texts = widget.kind, "hold" if widget.hold else "", bounds, initial, key
+    return ", ".join(text for text in texts if text)
 
 
 def plant_model(system: System) -> Model | ModelError | None:
