@@ -169,34 +169,35 @@ def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:
 
     `texts` are those of files, by real path, that are read instead.
     """
-    loader = _with_texts(path, texts)
-    with one_run():
-        file = loader.load(path)
-        if file is None:
-            return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
-        resolved = resolve(file, loader.load, loader.findings, loader.reach)
-        diagnostics = _add_budget_findings(tuple(loader.findings.diagnostics), file)
-    return Result(
-        resolved.system, None, diagnostics, loader.sources, resolved.broken, resolved.units
-    )
+    return _read(path, _with_texts(path, texts))
 
 
-def read_texts(path: str, texts: Mapping[str, str]) -> System | None:
-    """What a specification that is in no file means, as far as it is right.
+def read_texts(
+    path: str, texts: Mapping[str, str], values: Mapping[str, str] = _AS_WRITTEN
+) -> Result:
+    """Like `read_spec`, of a specification that is in no file; `values` as in `compile_spec`.
 
-    `texts` are those of all its files, by real path; no file is read. Nothing is proved of it.
+    `texts` are those of all its files, by real path; no file is read.
     """
 
     def read(named: str, row_keys: tuple[str, ...]) -> Document:
         text = texts.get(real_path(named), "")
         return read_text(named, text if len(text) <= MAX_BYTES else "", row_keys)
 
-    loader = Loader(Findings(), read)
+    return _read(path, Loader(Findings(), read), values)
+
+
+def _read(path: str, loader: Loader, values: Mapping[str, str] = _AS_WRITTEN) -> Result:
     with one_run():
         file = loader.load(path)
         if file is None:
-            return None
-        return resolve(file, loader.load, loader.findings, loader.reach).system
+            return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
+        given = loader.set_values(values)
+        resolved = resolve(file, loader.load, loader.findings, loader.reach, given)
+        diagnostics = _add_budget_findings(tuple(loader.findings.diagnostics), file)
+    return Result(
+        resolved.system, None, diagnostics, loader.sources, resolved.broken, resolved.units
+    )
 
 
 def build(

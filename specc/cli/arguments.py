@@ -312,6 +312,14 @@ def _why(command: Parser) -> None:
     _add_spec(command)
 
 
+def _view(command: Parser) -> None:
+    add = command.add_argument
+    add("file", metavar="FILE.mcap", type=Path)
+    _add_spec(command)
+    words = "port of the page on this machine (default: one that is free)"
+    add("--port", metavar="N", type=number_between(int, 0, 65535), default=0, help=words)
+
+
 def _recover(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap")
@@ -482,6 +490,7 @@ COMMANDS = tuple(starmap(Command, (
      "say where machines were at a moment of a recorded run, and what they waited for", _why),
     ("plot", "plot:plot",
      "draw signals of recorded runs, and the states of machines, over time", _plot, True),
+    ("view", "view:view", "show a recorded run in the browser: a page to scrub through it", _view),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
     ("completion", "arguments:completion",
      "print what makes a shell complete the commands of specc", _completion),

@@ -175,7 +175,7 @@ def _system(texts: Mapping[str, str]) -> System | None:
 
     name = os.path.basename(next(iter(texts), "")) or "recorded.yaml"
     path = os.path.join(os.sep, "recorded", name)
-    return pipeline.read_texts(path, texts_by_path(texts, path)) if texts else None
+    return pipeline.read_texts(path, texts_by_path(texts, path)).system if texts else None
 
 
 def _shortest_names(files: Sequence[Path]) -> list[str]:

@@ -49,11 +49,15 @@ def call_runtime(module: str, function: str, *arguments: Any) -> Any:
         raise Refused(truncate(str(error), _LONGEST_REASON)) from error
 
 
+def loss_words(reading: Any) -> list[str]:
+    """What of a recording is not there any more, in words."""
+    words = [f"damaged parts left out: {reading.damaged}"] if reading.damaged else []
+    return words + ([f"it was cut after {reading.last_s:.3f} s"] if reading.cut else [])
+
+
 def print_losses(reading: Any) -> int:
     """Say what of a recording is not there any more; the exit code."""
-    words = [f"damaged parts left out: {reading.damaged}"] if reading.damaged else []
-    words += [f"it was cut after {reading.last_s:.3f} s"] if reading.cut else []
-    if words:
+    if words := loss_words(reading):
         streams.print_message(f"specc: {reading.path}: {'; '.join(words)}")
     return LOST if words else SAME
 

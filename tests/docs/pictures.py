@@ -8,9 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from specc.pipeline import read_spec
-from specc.tools.graph import PictureKind, picture
-from specc.tools.graph.dot import as_dot
-from specc.tools.graph.drawing import render
+from specc.tools.graph import FORMATS, Diagram, PictureKind, picture
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs/pictures/graph"
@@ -29,20 +27,24 @@ PICTURES: dict[str, tuple[str, str, PictureKind]] = {
 """Name of the file -> specification, place and kind."""
 
 
-def dot(name: str) -> str:
-    """The DOT text of a picture."""
+def diagram(name: str) -> Diagram:
+    """What a picture shows."""
     spec, place, kind = PICTURES[name]
     system = read_spec(str(ROOT / "specs" / f"{spec}.yaml")).system
     assert system is not None
-    return as_dot(picture(system, place, kind)[1])
+    return picture(system, place, kind)[1]
+
+
+def dot(name: str) -> str:
+    """The DOT text of a picture."""
+    return FORMATS["dot"].render(diagram(name)).decode()
 
 
 def renew() -> None:
     """Write all files anew."""
     for name in PICTURES:
-        text = dot(name)
-        (FOLDER / f"{name}.dot").write_text(text, encoding="utf-8")
-        (FOLDER / f"{name}.svg").write_bytes(render(text, "svg"))
+        for form in ("dot", "svg"):
+            (FOLDER / f"{name}.{form}").write_bytes(FORMATS[form].render(diagram(name)))
 
 
 if __name__ == "__main__":

@@ -175,24 +175,29 @@ class Page:
         return done["result"].get("value")
 
     def wait_for(self, expression: str, timeout_s: float = WAIT_S) -> Any:
-        """The value of an expression as soon as it is true."""
+        """The value of an expression as soon as JavaScript takes it for true."""
         end = time.monotonic() + timeout_s
-        while not (value := self.evaluate(expression)):
-            late = f"after {timeout_s:g} s: {expression} is {value!r}; errors: {self.errors()}"
+        while (value := self.evaluate(expression)) in (None, False, 0, ""):
+            late = f"after {timeout_s:g} s: {expression} is {value!r}; {self.errors()[:3]}"
             assert time.monotonic() < end, late
             time.sleep(POLL_S)
         return value
 
     def point(self, selector: str) -> tuple[float, float]:
-        """The centre of an element, which is scrolled into view."""
-        x, y = self.evaluate(
+        """The centre of an element as soon as it is there; it is scrolled into view."""
+        self.wait_for(f"document.querySelector({json.dumps(selector)})")
+        x, y, is_hit, over = self.evaluate(
             f"""(() => {{
                 const element = document.querySelector({json.dumps(selector)});
-                element.scrollIntoView({{block: "center", inline: "center"}});
+                const place = {{block: "center", inline: "center", behavior: "instant"}};
+                element.scrollIntoView(place);
                 const box = element.getBoundingClientRect();
-                return [box.x + box.width / 2, box.y + box.height / 2];
+                const x = box.x + box.width / 2, y = box.y + box.height / 2;
+                const hit = document.elementFromPoint(x, y);
+                return [x, y, element.contains(hit), hit?.outerHTML.slice(0, 200)];
             }})()"""
         )
+        assert is_hit, f"{selector} is behind {over}"
         return x, y
 
     def press(self, x: float, y: float) -> None:
@@ -264,17 +269,26 @@ class Page:
         picture = self.call("Page.captureScreenshot", format="png")["data"]
         path.write_bytes(base64.b64decode(picture))
 
+    def roles(self) -> set[tuple[str, str]]:
+        """The roles and names of all that a screen reader knows of."""
+        nodes = self.call("Accessibility.getFullAXTree")["nodes"]
+        return {
+            (one.get("role", {}).get("value", ""), one.get("name", {}).get("value", ""))
+            for one in nodes
+            if not one["ignored"]
+        }
+
     def errors(self) -> list[str]:
-        """What the console of the page has of errors and warnings, and what scripts threw."""
+        """The errors in the console of the page, and what scripts threw."""
         found = []
         for name, event in self._events():
-            if name == "Runtime.consoleAPICalled" and event["type"] in ("error", "warning"):
+            if name == "Runtime.consoleAPICalled" and event["type"] == "error":
                 words = (str(each.get("value", each.get("description"))) for each in event["args"])
                 found.append(" ".join(words))
             elif name == "Runtime.exceptionThrown":
                 details = event["exceptionDetails"]
                 found.append(str(details.get("exception", {}).get("description", details)))
-            elif name == "Log.entryAdded" and event["entry"]["level"] in ("error", "warning"):
+            elif name == "Log.entryAdded" and event["entry"]["level"] == "error":
                 found.append(f"{event['entry']['text']} {event['entry'].get('url', '')}")
         return found
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.page.browser import NAMES, Browser, Page, program
+from tests.page.fake_server import GATE, Code, written
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +25,9 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 def page(browser: Browser) -> Iterator[Page]:
     with browser.page() as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def gate(tmp_path_factory: pytest.TempPathFactory) -> Code:
+    """The code of the conveyor with a gate."""
+    return written(GATE, tmp_path_factory.mktemp("gate"))

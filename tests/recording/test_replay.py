@@ -145,7 +145,7 @@ def _parting(one: Path, other: Path) -> tuple[float, str, int]:
     told = ("transition", "state", "y", "memory")
     first, second = messages(one), messages(other)
     found = []
-    for topic in first.keys() - {"/tf", "/scene", "/snapshot"}:
+    for topic in first.keys() - {"/tf", "/scene", "/snapshot", "/requirements"}:
         for (_, a), (_, b) in zip(first[topic], second[topic], strict=False):
             if [json.dumps(a[key]) for key in told] != [json.dumps(b[key]) for key in told]:
                 found.append((a["time"], topic[1:], a["stamp"]))

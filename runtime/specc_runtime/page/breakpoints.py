@@ -161,7 +161,11 @@ def _of_sent(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
 def _comparison(asked: Any) -> Callable[[Any], bool]:
     if "op" not in asked:
         return lambda value: True
-    compare, bound, item = _COMPARISONS.get(asked["op"]), asked.get("value"), asked.get("item")
+    compare, bound, item = (
+        _COMPARISONS.get(text_of(asked, "op")),
+        asked.get("value"),
+        asked.get("item"),
+    )
     if compare is None:
         raise Unclear(f"op is one of {' '.join(_COMPARISONS)}")
     if not isinstance(bound, int | float) or not math.isfinite(bound):

@@ -6,6 +6,7 @@ recording, are made in the thread of the link, for what is sampled only.
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
@@ -18,11 +19,12 @@ from specc_runtime.live import Change
 from specc_runtime.options import Options
 from specc_runtime.page.control import Control, steered
 from specc_runtime.page.link import Link
+from specc_runtime.page.pictures import Picture, Pictures
 from specc_runtime.panel import Operation
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
-from specc_runtime.recording.scene import SceneWriter
+from specc_runtime.recording.scene import scene_of
 from specc_runtime.recording.steps import Steps, topic_of
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
@@ -35,6 +37,8 @@ _PERIOD_S, _IDLE_S = 0.05, 1.0
 """Wall time between two samples at least, and while nobody looks."""
 _MOST_CHANGES = 2000
 """Changes of states that wait for the next sample."""
+_PICTURE_WEIGHT = 500
+"""Of a picture, among all that waits to be sent: a slow server has few of them waiting."""
 _DECIMALS = 5
 Moment = tuple[float, Any]
 """The time of a message and its content."""
@@ -69,13 +73,18 @@ class Topics(dict[str, LastTwo]):
 
 
 class NoImages(Shelf):
-    """Nothing is stored aside: images and opaque values are left out."""
+    """Nothing is stored aside: images and opaque values are left out.
 
-    def __init__(self) -> None:
+    `see` is told of images: their topics, times and values.
+    """
+
+    def __init__(self, see: Callable[[str, float, Any], None] = lambda *_: None) -> None:
         super().__init__(None, exact=False)
+        self._see = see
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
+        self._see(self._topic, self._time_s, value)
         return {"image": ""}
 
 
@@ -182,11 +191,10 @@ class Feed:
         """Note the steps of a system that is not running yet."""
         self.has_clients = False
         self.wants_scene = False
-        self.cameras: tuple[str, ...] = ()
-        self.watched_cameras: list[str] = []
         self._link, self._control, self._options, self._system = link, control, options, system
         self._clock, self._plant = clock, plant
-        shelf, topics = NoImages(), Topics()
+        self._pictures = Pictures(plant, layouts, clock, self._refuse)
+        shelf, topics = NoImages(self._pictures.see), Topics()
         steps = [
             Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
         ]
@@ -239,9 +247,7 @@ class Feed:
         data = self._beginning(run)
         scene = b"null"
         if self._posed is not None:
-            topics = Topics()
-            SceneWriter(topics, self._posed)
-            ((_, scene),) = [each for each in topics["/scene"].pair if each is not None]
+            scene = dumped(scene_of(self._posed))
         self._link.post(b'%b,"scene":%b}' % (dumped(data)[:-1], scene), 0)
 
     def _beginning(self, run: Run) -> dict[str, Any]:
@@ -261,7 +267,7 @@ class Feed:
                 for s in system.subsystems
             ],
             "bodies": list(self._posed.body_names()) if self._posed is not None else [],
-            "cameras": list(self.cameras),
+            "cameras": list(self._pictures.cameras),
             "live": [
                 {
                     "name": one.name,
@@ -289,9 +295,8 @@ class Feed:
         cameras = asked.get("cameras")
         self.has_clients = bool(asked.get("clients"))
         self.wants_scene = bool(asked.get("scene"))
-        self.watched_cameras = (
-            [n for n in cameras if n in self.cameras] if isinstance(cameras, list) else []
-        )
+        names = cameras if isinstance(cameras, list) else []
+        self._pictures.wanted([name for name in names if isinstance(name, str)])
         self._next_s = 0.0
 
     def changed(self, change: Event, time_s: float) -> None:
@@ -342,6 +347,8 @@ class Feed:
         if status != "ended":  # else the plant is closed
             self._poses = self._poses_of(self._posed)
             self._values = self._truth(run.time_s) if self._truth is not None else ()
+            for picture in self._pictures.take(run.time_s):
+                self._link.post(partial(_picture_text, picture), _PICTURE_WEIGHT)
         state["poses"], truth = self._poses, self._values
         seen = [(each, each.present) for each in self._seen.values()]
         self._link.show(lambda: self._text(state, seen, truth))
@@ -357,8 +364,12 @@ class Feed:
         report = {name: data[name] for name in ("faults", "requirements")}
         ending = {"kind": "end", "ended": data["ended"], "exit_code": exit_code, "report": report}
         self._link.post(lambda: dumped(ending), 0)
+        self._pictures.close()
 
     # How it is done.
+
+    def _refuse(self, text: str) -> None:
+        self._link.post(dumped({"kind": "refused", "text": text}))
 
     def _poses_of(self, plant: Posed | None) -> Any:
         if plant is None or not self.wants_scene:
@@ -399,6 +410,12 @@ class Feed:
         )
         plant = b",".join(dumped(name) + b":" + text() for name, text in truth)
         return b'%b,"steps":{%b},"plant":{%b}}' % (dumped(state)[:-1], steps, plant)
+
+
+def _picture_text(picture: Picture) -> bytes:
+    data = b64encode(picture.data).decode()
+    about = {"kind": "picture", "camera": picture.camera, "time_s": picture.time_s}
+    return dumped({**about, "jpeg": data})
 
 
 def _truth_of(

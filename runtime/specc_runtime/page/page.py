@@ -71,7 +71,6 @@ class Page:
 
         self.restart, self._real_time, self._end_run = None, options.real_time, end_run
         self._wanted.clear()
-        self.control.go_on()
         self.control.hurries_until_s = options.resume[1] if options.resume else 0.0
         self._system = system
         subsystems = {s.subsystem.name: s.subsystem for s in system.subsystems}
@@ -107,6 +106,7 @@ class Page:
             pass
         asked, self.restart = self.restart, None
         self._wanted.clear()
+        self.control.go_on()
         return asked
 
     def close(self) -> None:
@@ -129,18 +129,23 @@ class Page:
             if do not in _COMMANDS:
                 raise Unclear(f"there is no command {do}")
             _COMMANDS[do](self, command)
-        except (Unclear, ValueError, OverflowError) as error:
+        except ValueError as error:
             self.refuse(str(error))
+        except Exception as error:  # noqa: BLE001  # no command ends the thread that obeys them
+            self.refuse(f"not understood: {type(error).__name__}: {error}")
 
     def _pause(self, command: Any) -> None:
         self._refuse_in_real_time("pause")
+        self._refuse_after_the_end()
         self.control.pause()
 
     def _continue(self, command: Any) -> None:
+        self._refuse_after_the_end()
         self.control.go_on()
 
     def _step(self, command: Any) -> None:
         self._refuse_in_real_time("steps")
+        self._refuse_after_the_end()
         self.control.go_on(machine_of(command, self._parts.subsystems))
 
     def _speed(self, command: Any) -> None:
@@ -198,6 +203,10 @@ class Page:
         self._wanted.set()
         self._end_run()
         self.control.go_on()
+
+    def _refuse_after_the_end(self) -> None:
+        if self.has_begun and self._run is None:
+            raise Unclear("the run is over")
 
     def _refuse_in_real_time(self, what: str) -> None:
         if self._real_time:

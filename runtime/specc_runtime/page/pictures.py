@@ -36,8 +36,8 @@ class Picture(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Source:
-    """What is known of a camera: the pictures that were asked for and sent."""
+class _Demand:
+    """What is asked of a camera: its last picture, and the one that is being made."""
 
     asked_at_s: float = float("-inf")
     asked_s: float | None = None
@@ -61,7 +61,7 @@ class Pictures:
         self._plant, self._clock, self._failed = plant, clock, failed
         self._is_apart = not shortcomings(plant, Photographed)
         self._drawn = _cameras(plant)
-        self._sources = {name: _Source() for name in (*self._drawn, *image_topics(layouts))}
+        self._sources = {name: _Demand() for name in (*self._drawn, *image_topics(layouts))}
         self._wanted: Collection[str] = ()
         self._workers: Workers | None = None
 
@@ -107,7 +107,7 @@ class Pictures:
             self._workers.close()
             self._workers = None
 
-    def _ask(self, camera: str, source: _Source, time_s: float) -> None:
+    def _ask(self, camera: str, source: _Demand, time_s: float) -> None:
         """Have the picture of now made, unless it is the last one."""
         image = None
         if camera not in self._drawn:

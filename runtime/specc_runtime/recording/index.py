@@ -3,7 +3,7 @@
 Made in one pass over the file, in which steps are skimmed and nothing is decoded. Then the last
 messages until a time are found by unpacking the chunks that they are in, one or two for a topic.
 
-Memory: 24 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, and
+Memory: 20 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, and
 each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two in all, and
 decoding two messages for a machine.
 """
@@ -43,7 +43,7 @@ from specc_runtime.recording.unpacking import Inside, content_at, plain_chunk, r
 
 EARLIER_S = 1e-6
 """A time that is earlier than another by no more than this is the same one."""
-_OF_TOPIC, _OF_NAME, _OF_CHANGE, _OF_PLACE = 2000, 200, 24, 20
+_OF_TOPIC, _OF_NAME, _OF_CHANGE, _OF_PLACE = 2000, 200, 24, 12
 """Bytes that are kept for a topic, a name, a change of a machine, and a topic in a chunk."""
 _LONGEST = 300
 """Characters that are kept of a name."""
@@ -59,7 +59,7 @@ class Topic:
 
     name: str
     schema: str
-    chunks: array[int] = field(default_factory=lambda: array("L"))
+    chunks: array[int] = field(default_factory=lambda: array("I"))
     firsts_s: array[float] = field(default_factory=lambda: array("d"))
 
     def place(self, time_s: float) -> int:
@@ -71,8 +71,8 @@ class Last(NamedTuple):
     """The last message of a topic and the one before it, which is empty if there is none."""
 
     before: bytes
-    text: bytes
     time_s: float
+    text: bytes
 
 
 class Names:
@@ -97,15 +97,17 @@ class Changes:
     """The changes of a machine: of state, or by a row into the state that it was in.
 
     Each has a time, the numbers of state and row, and the first change of the run of changes by the
-    same row that it belongs to. `gaps` are steps before which others are missing.
+    same row that it belongs to. `gaps` are steps before which others are missing, the first one
+    among them, and the times of the last step before.
     """
 
     times_s: array[float] = field(default_factory=lambda: array("d"))
-    states: array[int] = field(default_factory=lambda: array("L"))
-    rows: array[int] = field(default_factory=lambda: array("L"))
-    runs: array[int] = field(default_factory=lambda: array("L"))
+    states: array[int] = field(default_factory=lambda: array("I"))
+    rows: array[int] = field(default_factory=lambda: array("I"))
+    runs: array[int] = field(default_factory=lambda: array("I"))
     gaps_s: array[float] = field(default_factory=lambda: array("d"))
     gap_stamps: array[int] = field(default_factory=lambda: array("Q"))
+    before_gaps_s: array[float] = field(default_factory=lambda: array("d"))
     last_s: float = -inf
     _stamp: int = -2
 
@@ -113,16 +115,29 @@ class Changes:
         """The time of a change; None for one that is not in the file, or before all of them."""
         return self.times_s[number] if number >= 0 and self.rows[number] != _UNKNOWN else None
 
+    def spans(self, end_s: float) -> Iterator[tuple[float, float, int]]:
+        """Begin and end in s, and the state, of each span without another; the last until then."""
+        gaps = dict(zip(self.gaps_s, self.before_gaps_s, strict=True))
+        begin_s, state = 0.0, -1
+        for time_s, number in zip(self.times_s, self.states, strict=True):
+            if number != state or time_s in gaps:
+                if state >= 0:
+                    yield begin_s, gaps.get(time_s, time_s), state
+                begin_s, state = time_s, number
+        if state >= 0:
+            yield begin_s, max(self.last_s, end_s), state
+
     def take(self, time_s: float, begun: Beginning, names: Names, budget: Budget) -> None:
         """Note the next step. Raises Misshapen, and Unusable."""
         if time_s < self.last_s:
             raise Misshapen(f"the step before was later, at {self.last_s:.12g} s")
         is_gap = begun.first != self._stamp + 1
-        self._stamp, self.last_s = begun.stamp, time_s
         if is_gap:
+            self.before_gaps_s.append(self.last_s)
             self.gaps_s.append(time_s)
             self.gap_stamps.append(begun.stamp)
             budget.keep(_OF_CHANGE)
+        self._stamp, self.last_s = begun.stamp, time_s
         state = names.number(begun.state, budget)
         if begun.row != -1 or not begun.before:
             row = names.number(begun.transition, budget) if begun.transition else _NO_ROW
@@ -246,22 +261,17 @@ class Index:
 
         Raises Unusable.
         """
-        found: dict[str, list[tuple[float, bytes]]] = {n: [] for n in topics if n in self.topics}
-        places = {name: self.topics[name].place(time_s) for name in found}
-        for back in range(2):  # the one before the last may be in the chunk before
-            wanted = defaultdict[int, set[str]](set)
-            for name, place in places.items():
-                if place - back >= 0 and len(found[name]) < 2:
-                    wanted[self.topics[name].chunks[place - back]].add(name)
-            for chunk, names in wanted.items():
-                earlier = defaultdict[str, deque[tuple[float, bytes]]](lambda: deque(maxlen=2))
-                for name, at_s, text in self._within(chunk, names, budget):
-                    if at_s <= time_s + EARLIER_S:
-                        earlier[name].append((at_s, text))
-                for name, texts in earlier.items():
-                    found[name] = [*texts, *found[name]][-2:]
-        every = {name: [(0.0, b""), *texts] for name, texts in found.items() if texts}
-        return {name: Last(all_[-2][1], all_[-1][1], all_[-1][0]) for name, all_ in every.items()}
+        wanted = defaultdict[int, set[str]](set)
+        for topic in map(self.topics.get, topics):
+            if topic is not None and (place := topic.place(time_s)) >= 0:
+                for chunk in topic.chunks[max(0, place - 1) : place + 1]:
+                    wanted[chunk].add(topic.name)
+        found = defaultdict[str, deque[tuple[float, bytes]]](lambda: deque(maxlen=2))
+        for chunk, names in sorted(wanted.items()):
+            for name, at_s, text in self._within(chunk, names, budget):
+                if at_s <= time_s + EARLIER_S:
+                    found[name].append((at_s, text))
+        return {name: Last(b"" if len(t) == 1 else t[0][1], *t[-1]) for name, t in found.items()}
 
     def latest(self, name: str, time_s: float, budget: Budget) -> Iterator[bytes]:
         """The messages of a topic until then, the last one first. Raises Unusable."""

@@ -134,16 +134,16 @@ def report_of(metadata: Mapping[str, str]) -> Mapping[str, Any]:
 
 
 def entries_of(
-    report: Mapping[str, Any], key: str, texts: Sequence[str]
+    report: Mapping[str, Any], key: str, texts: Sequence[str], time: str = "time_s"
 ) -> list[tuple[float, Mapping[str, Any]]]:
     """The entries of a list in a report that have a time and these texts."""
     entries = report.get(key)
     return [
-        (float(entry["time_s"]), entry)
+        (float(entry[time]), entry)
         for entry in (entries if isinstance(entries, list) else ())
         if isinstance(entry, dict)
-        and type(entry.get("time_s")) in (int, float)
-        and abs(entry["time_s"]) < LATEST_S
+        and type(entry.get(time)) in (int, float)
+        and abs(entry[time]) < LATEST_S
         and all(type(entry.get(name)) is str for name in texts)
     ]
 

@@ -8,15 +8,17 @@ from itertools import chain
 from typing import Any, cast
 
 from specc_runtime.examination import shortcomings
-from specc_runtime.forms import Schema, object_schema
+from specc_runtime.forms import Misshapen, Schema, object_schema
 from specc_runtime.plant import Filmable, Mesh, Posed, Shape
 from specc_runtime.recording.container import CHUNK_S
 from specc_runtime.recording.log import Sinks
 from specc_runtime.recording.models import MOST_OF_ALL, MOST_TRIANGLES, glb
-from specc_runtime.recording.text import dumped, dumped_each
+from specc_runtime.recording.text import dumped, dumped_each, loaded
 from specc_runtime.recording.times import TIME, stamped
 
 PERIOD_S = 0.04
+POSES, SHAPES = "/tf", "/scene"
+"""Topics."""
 _DECIMALS = 5
 _PLACE = b'"translation":{"x":%%b,"y":%%b,"z":%%b},"rotation":{"w":%%b,"x":%%b,"y":%%b,"z":%%b}}'
 _TEXT: Schema = {"type": "string"}
@@ -78,7 +80,7 @@ class SceneWriter:
         self._plant = plant
         self._names = tuple(plant.body_names())
         transforms = object_schema({"transforms": {"type": "array", "items": _TRANSFORM}})
-        self._poses = log.channel("/tf", "foxglove.FrameTransforms", transforms, self._texts)
+        self._poses = log.channel(POSES, "foxglove.FrameTransforms", transforms, self._texts)
         body = b'{"timestamp":%%b,"parent_frame_id":"world","child_frame_id":%b,' + _PLACE
         each = b",".join(body % dumped(name).replace(b"%", b"%%") for name in self._names)
         self._template = b'{"transforms":[%b]}' % each
@@ -88,7 +90,7 @@ class SceneWriter:
                 "entities": {"type": "array", "items": _ENTITY},
             }
         )
-        self._shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
+        self._shapes = log.channel(SHAPES, "foxglove.SceneUpdate", entities)
         self._once_more = dumped(scene_of(plant))
         self._shapes.add(0.0, self._once_more)
         self._begun_s: float | None = None
@@ -170,3 +172,17 @@ def _model(mesh: Mesh, most: int) -> dict[str, Any]:
 def _primitive(shape: Shape) -> dict[str, Any]:
     message = _placed(shape) | {"size": dict(zip("xyz", shape.size, strict=True))}
     return message | ({"bottom_scale": 1.0, "top_scale": 1.0} if shape.kind == "cylinder" else {})
+
+
+def poses_of(message: bytes) -> dict[str, list[float]]:
+    """The poses of bodies by name: position, and the quaternion w, x, y, z. Raises Misshapen."""
+    try:
+        return {
+            str(each["child_frame_id"]): [
+                *(float(each["translation"][name]) for name in "xyz"),
+                *(float(each["rotation"][name]) for name in "wxyz"),
+            ]
+            for each in loaded(message)["transforms"]
+        }
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise Misshapen(f"no poses of bodies: {error}") from None

@@ -70,13 +70,13 @@ def records_within(plain: bytes, budget: Budget) -> Iterator[Schema | Channel | 
 
 
 def content_at(file: IO[bytes], place: int, budget: Budget) -> bytes:
-    """The content of the chunk at a place of a file, or the record there as it is.
+    """The content of the chunk at a place of a file, or the message there as it is.
 
     Raises as above; the file may be read by several threads.
     """
     kind, length = _FRAME.unpack(head := os.pread(file.fileno(), _FRAME.size, place))
-    if length > LARGEST_BYTES:
-        raise ValueError("no record")
+    if kind not in (Opcode.CHUNK, Opcode.MESSAGE) or length > LARGEST_BYTES:
+        raise ValueError("neither a chunk nor a message")
     content = os.pread(file.fileno(), length, place + _FRAME.size)
     if kind != Opcode.CHUNK:
         return head + content

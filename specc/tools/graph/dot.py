@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
+from typing import Literal
 
 from specc.diagnostics.visible import visible
 from specc.tools.graph.diagram import (
@@ -68,6 +69,9 @@ _MANY = 120
 _PLAIN = 'BORDER="0" CELLBORDER="0" CELLSPACING="0"'
 
 
+Ground = Literal["white", "transparent"]
+
+
 @dataclass(frozen=True, slots=True)
 class Tag:
     """The id and the classes of a part in SVG, in characters that need no escape anywhere."""
@@ -83,6 +87,7 @@ class Tag:
 class Tags:
     """The tags of all parts of a diagram: nodes and groups by their ids, arcs in their order."""
 
+    ground: Ground
     graph: Tag
     nodes: Mapping[str, Tag]
     groups: Mapping[str, Tag]
@@ -90,10 +95,7 @@ class Tags:
 
 
 def as_dot(diagram: Diagram, tags: Tags | None = None) -> str:
-    """The text of a diagram; that of equal diagrams is the same, byte for byte.
-
-    A picture with tags has nothing behind it: what it stands on shows through.
-    """
+    """The text of a diagram; that of equal diagrams is the same, byte for byte."""
     has_modes = any(group.look == "mode" for group in diagram.groups)
     framed = ["         compound=true ranksep=0.2"] if has_modes else []
     many = ["         splines=line nslimit=1 nslimit1=1"] if len(diagram.arcs) > _MANY else []
@@ -101,7 +103,7 @@ def as_dot(diagram: Diagram, tags: Tags | None = None) -> str:
     lines = [
         f"digraph {_quoted(diagram.title)} {{",
         f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10",
-        *([f"         {tags.graph} bgcolor=transparent"] if tags else []),
+        *([f"         {tags.graph} bgcolor={tags.ground}"] if tags else []),
         *many,
         "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l",
         *framed,

@@ -22,8 +22,18 @@ MAX_TEXT = 200_000
 _SECONDS = 5
 _BYTES = 1_000_000_000
 """Of address space; what is used of it is a fraction."""
-_PIXELS = {"dpi": "144", "size": "28,28"}
-"""Of PNG: dots in an inch, and inches to which a larger picture is scaled down."""
+_SCALES = {
+    "png": {"dpi": "144", "size": "28,28"},
+    "svg": {"dpi": "84"},
+}
+"""Dots in an inch, and inches to which a larger picture is scaled down."""
+_SHOWN = {
+    b' baseline-shift="sub" font-size="10.00"': b' baseline-shift="sub" font-size="6.80"',
+    b' font-size="10.00"': b' font-size="8.50"',
+}
+"""Sizes of texts in SVG: as Graphviz writes them, and as they are shown. It measures with a font of
+this machine, and whoever looks at the picture may have one that is a sixth wider. It measures
+subscripts smaller than it writes them. The whole is as much larger as the texts are smaller."""
 
 
 class NotDrawn(Exception):
@@ -56,9 +66,13 @@ def _draw(form: str) -> None:
     import pygraphviz
 
     graph = pygraphviz.AGraph(string=sys.stdin.buffer.read().decode())
-    graph.graph_attr.update(_PIXELS if form == "png" else {})
+    graph.graph_attr.update(_SCALES[form])
     graph.layout("dot")
-    sys.stdout.buffer.write(graph.draw(format=form))
+    picture = graph.draw(format=form)
+    if form == "svg":
+        for written, shown in _SHOWN.items():
+            picture = picture.replace(written, shown)
+    sys.stdout.buffer.write(picture)
 
 
 if __name__ == "__main__":

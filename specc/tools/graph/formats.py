@@ -14,7 +14,9 @@ from zlib import crc32
 from specc.refusal import Refused, missing_package
 from specc.tools.graph import drawing
 from specc.tools.graph.diagram import Diagram
-from specc.tools.graph.dot import Tags, as_dot
+from specc.tools.graph.dot import NOTE_COLOR, Tags, as_dot
+from specc.tools.graph.lines import set_lines
+from specc.tools.graph.tags import TaggedDiagram
 
 # A file says which command wrote it, so that commands replace no pictures of others.
 
@@ -74,6 +76,7 @@ def _sign_pdf(picture: bytes, mark: bytes) -> bytes:
 # The formats of `specc graph`.
 
 
+_DECLARATION = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _SMALLER = "name a part, such as one agent or subsystem, or take the text with --format dot"
 
 
@@ -87,7 +90,17 @@ class PictureFormat:
     """Whether it goes to standard output unless a file is named."""
 
 
-def draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = None) -> bytes:
+def draw_svg(tagged: TaggedDiagram) -> str:
+    """The element `svg` of a picture. Raises Refused.
+
+    Graphviz would put names of nodes into comments and titles, where it escapes too little.
+    """
+    text = _draw("svg", tagged.diagram, tagged.tags).decode()
+    text = re.sub(r"<!--.*?-->\n|<title>.*?</title>\n", "", text[text.index("<svg") :])
+    return set_lines(text, NOTE_COLOR)
+
+
+def _draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = None) -> bytes:
     """The picture by Graphviz. Raises Refused."""
     text = as_dot(diagram, tags)
     if not drawing.is_installed():
@@ -103,8 +116,11 @@ def draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = None
 
 
 FORMATS: Mapping[str, PictureFormat] = {
-    "svg": PictureFormat(partial(draw, "svg"), FileSignature(b"<?xml", _sign_svg)),
-    "png": PictureFormat(partial(draw, "png"), FileSignature(b"\x89PNG", _sign_png)),
+    "svg": PictureFormat(
+        lambda d: f"{_DECLARATION}{draw_svg(TaggedDiagram(d, ''))}\n".encode(),
+        FileSignature(b"<?xml", _sign_svg),
+    ),
+    "png": PictureFormat(partial(_draw, "png"), FileSignature(b"\x89PNG", _sign_png)),
     "dot": PictureFormat(
         lambda d: as_dot(d).encode(), FileSignature(b"//", _sign_dot), is_text=True
     ),

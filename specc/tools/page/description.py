@@ -11,6 +11,7 @@ from specc.model.expr import Live
 from specc.model.fsm import State
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
+from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 from specc.pipeline import Result
 from specc.refusal import Refused
@@ -21,6 +22,7 @@ from specc.tools.graph.page import (
     machine_picture,
     structure_picture,
 )
+from specc.tools.page.frames import carriers
 from specc.tools.page.server import Asset
 from specc.tools.plot import ListedSignal, list_signals
 
@@ -78,6 +80,20 @@ class Description:
                 yield (name, port.direction, port.peer), id
 
     @cached_property
+    def words(self) -> dict[str, dict[str, str]]:
+        """Title and unit of constants, and of what real receptors report."""
+        found = {c.name: (c.title, c.value.type) for c in self.system.constants}
+        for device in self.system.devices:
+            found |= {f"{device.qualified_name}.{e.name}": (e.title, e.type) for e in device.y}
+        return {
+            name: {
+                "title": _shortened(title),
+                "unit": " and ".join(str(u) for u in type_.units if u != DIMENSIONLESS),
+            }
+            for name, (title, type_) in found.items()
+        }
+
+    @cached_property
     def message(self) -> dict[str, Any]:
         """What `hello` says of the specification."""
         system = self.system
@@ -99,6 +115,7 @@ class Description:
                 "requirements": list(requirements),
                 "frames": [name for name, _ in system.frames],
                 "poses": list(self._poses()),
+                "carriers": carriers(system),
                 "constants": list(self._constants()),
             }
         )

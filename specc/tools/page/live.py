@@ -11,16 +11,16 @@ import argparse
 import asyncio
 import base64
 import binascii
-import math
 import signal
 import socket
 import sys
 from bisect import bisect_right
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from importlib import import_module
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 from specc import pipeline
 from specc.diagnostics.visible import visible
@@ -31,12 +31,15 @@ from specc.tools.page.messages import Message, json_text
 from specc.tools.page.moments import (
     LastStep,
     flow_of,
+    frames_of,
     message_of,
     series_of,
     states_of,
     values_of,
+    why_of,
 )
 from specc.tools.page.server import Asset, Server
+from specc.tools.why import Explainer
 
 _MOST_BYTES = 64_000_000
 """Of texts of states that are kept."""
@@ -86,6 +89,14 @@ class RunHistory:
             return self._texts[first : bisect_right(self._times, end_s)]
 
 
+class StateChange(NamedTuple):
+    """A change of the state of a machine, by a row."""
+
+    time_s: float
+    state: str
+    row: str
+
+
 class LiveRun:
     """What a run sent, as a source of the page."""
 
@@ -97,7 +108,7 @@ class LiveRun:
         self.compile(values)
         self._forget()
 
-    def compile(self, values: Mapping[str, str]) -> None:
+    def compile(self, values: Mapping[str, str], is_exact: bool = False) -> None:
         """Read the specification. Raises Refused."""
         result = pipeline.compile_spec(self._spec, values)
         if result.system is None:
@@ -105,16 +116,20 @@ class LiveRun:
         self._values = dict(values)
         self._assets = AssetShelf()
         self._description = Description(result.system, result, self._assets)
+        self._explainer = Explainer(
+            self._spec,
+            result.system,
+            result.sources,
+            is_exact=is_exact,
+            array=lambda value: import_module("specc_runtime.stepping").array(value),
+        )
         self._scene = ""
 
     def _forget(self) -> None:
         """Begin with nothing."""
         self._history = RunHistory()
         self._state: Message = {}
-        self._spans: dict[str, list[tuple[float, str]]] = defaultdict(list)
-        self._recent: dict[str, deque[tuple[float, float, int, str]]] = defaultdict(
-            lambda: deque(maxlen=_RECENT)
-        )
+        self._spans: dict[str, list[StateChange]] = defaultdict(list)
         self._marks: list[Message] = []
         self._pictures: dict[str, Picture] = {}
 
@@ -156,9 +171,8 @@ class LiveRun:
                 self._pictures[camera] = picture
                 server.tell_picture(picture)
             case {"kind": "lost"}:
-                self._mark(
-                    [_mark({"time_s": self._time_s, "kind": "lost", "text": "changes"})], server
-                )
+                text = "the page could not keep up: some of what happened is missing"
+                self._mark([{"time_s": self._time_s, "kind": "lost", "text": text}], server)
             case {"kind": "stopped" | "end" | "refused" as kind}:
                 server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
             case _:
@@ -167,8 +181,9 @@ class LiveRun:
     async def _begin(self, message: Message) -> None:
         """Begin anew; the run may have other constants, and the specification other texts."""
         values = {str(name): str(text) for name, text in message.get("set", {}).items()}
-        if self.begin or values != self._values:
-            await asyncio.to_thread(self.compile, values)
+        is_exact = message.get("exact") is True
+        if self.begin or is_exact or values != self._values:
+            await asyncio.to_thread(self.compile, values, is_exact)
         self._forget()
         self.begin = message
         if message.get("scene") is not None:
@@ -179,16 +194,10 @@ class LiveRun:
         """Note changes of states; what is new of the spans."""
         new: dict[str, list[Any]] = defaultdict(list)
         for name, time_s, state, row in changes:
-            name, time_s, state, row = str(name), float(time_s), str(state), str(row)
-            spans, recent = self._spans[name], self._recent[name]
-            if row and recent and recent[-1][-1] == row:
-                begin_s, _, times, _ = recent.pop()
-                recent.append((begin_s, time_s, times + 1, row))
-            elif row:
-                recent.append((time_s, time_s, 1, row))
-            if not spans or spans[-1][1] != state:
-                spans.append((time_s, state))
-                new[name].append([time_s, None, state])
+            spans = self._spans[str(name)]
+            if not spans or spans[-1].state != state:
+                spans.append(StateChange(float(time_s), str(state), str(row)))
+                new[str(name)].append([float(time_s), None, str(state)])
             if len(spans) > _MOST_SPANS:
                 del spans[: _MOST_SPANS // 8]
         return new
@@ -210,7 +219,7 @@ class LiveRun:
             return None
         can = begin.get("can") or {}
         can_pause, can_restart = bool(can.get("pause")), bool(can.get("restart"))
-        panel = begin.get("panel") or []
+        panel, live = (self._described(begin.get(name) or []) for name in ("panel", "live"))
         return {
             **self._description.message,
             "source": "live",
@@ -223,24 +232,29 @@ class LiveRun:
             "cameras": begin.get("cameras") or [],
             "bodies": begin.get("bodies") or [],
             "scene": self._scene or None,
-            "live": begin.get("live") or [],
+            "live": live,
             "panel": panel,
             "set": begin.get("set") or {},
             "can": {
                 **dict.fromkeys(("pause", "step", "speed", "break"), can_pause),
                 **dict.fromkeys(("restart", "set"), can_restart),
-                "live": bool(begin.get("live")),
+                "live": bool(live),
                 "panel": bool(panel),
             },
         }
+
+    def _described(self, parts: list[Any]) -> list[Message]:
+        """Constants or elements of the panel, with titles and units of the specification."""
+        known = self._description.words
+        return [{**known.get(str(each["name"]), {}), **each} for each in parts]
 
     def spans(self) -> Message:
         """See `Source`."""
         found = {}
         for name, begins in self._spans.items():
-            ends = [time_s for time_s, _ in begins[1:]]
+            ends = [each.time_s for each in begins[1:]]
             pairs = zip(begins, [*ends, None], strict=True)
-            found[name] = [[time_s, end_s, state] for (time_s, state), end_s in pairs]
+            found[name] = [[each.time_s, end_s, each.state] for each, end_s in pairs]
         return found
 
     def marks(self) -> list[Message]:
@@ -269,8 +283,9 @@ class LiveRun:
         steps = steps_of_state(state)
         return {
             "time_s": self._time_s if time_s is None else time_s,
-            "states": states_of(steps) or self._states_at(time_s),
+            "states": states_of(steps) if time_s is None else self._states_at(time_s, steps),
             "values": values_of(self._description, steps, state.get("plant"), signals),
+            "frames": frames_of(self._description, steps, state.get("plant"), signals),
             "requirements": state.get("requirements") or [],
             "poses": state.get("poses"),
             "flow": flow_of(self._description, steps),
@@ -283,23 +298,30 @@ class LiveRun:
         text = self._history.at(time_s)
         return _loaded(text) if text is not None else {}
 
-    def _states_at(self, time_s: float | None) -> dict[str, Message]:
-        """The states of machines at a time of which nothing else is kept."""
-        at_s = math.inf if time_s is None else time_s
-        found: dict[str, Message] = {}
-        for name, begins in self._spans.items():
-            before = [each for each in begins if each[0] <= at_s + 1e-9]
-            if before:
-                found[name] = {"state": before[-1][1], "since_s": before[-1][0], "row": ""}
+    def _states_at(self, time_s: float, steps: Mapping[str, LastStep]) -> dict[str, Message]:
+        """The states of machines at a time: they may have changed since the last state was sent."""
+        found = states_of(steps)
+        for name in list(self._spans):
+            for last in self._changes(name, time_s)[-1:]:
+                if name not in steps or last.time_s > steps[name].step["time"]:
+                    found[name] = {"state": last.state, "since_s": last.time_s, "row": last.row}
         return found
+
+    def _changes(self, machine: str, time_s: float) -> list[StateChange]:
+        """The changes of a machine until a time."""
+        begins = self._spans.get(machine, [])
+        return begins[: bisect_right(begins, time_s + 1e-9, key=lambda each: each.time_s)]
 
     def why(self, machine: str, time_s: float | None) -> Message:
         """See `Source`."""
-        return {
-            "machine": machine,
-            "time_s": self._time_s if time_s is None else time_s,
-            "lines": [],
-        }
+        one = steps_of_state(self._at(time_s)).get(machine)
+        if one is not None:
+            rows = [each for each in self._changes(machine, one.step["time"]) if each.row]
+            recent = [(each.time_s, each.time_s, 1, each.row) for each in rows[-_RECENT:]]
+            one = replace(one, recent=recent)
+        at_s = self._time_s if time_s is None else time_s
+        known = one if machine in self._description.subsystems else None
+        return {"machine": machine, "time_s": at_s, "lines": why_of(self._explainer, known)}
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -14,7 +15,7 @@ from specc.tools.page.description import Description
 from specc.tools.page.messages import Message
 from specc.tools.plot import ListedSignal
 from specc.tools.plot.signals import unwrap_rotations
-from specc.tools.why import NotKnown, value_of, value_text
+from specc.tools.why import Explainer, NotKnown, SeenStep, WhyLine, value_of, value_text
 
 MOST_POINTS = 600
 """Of one line of a series."""
@@ -99,11 +100,47 @@ def values_of(
     return found
 
 
+def frames_of(
+    description: Description,
+    steps: LastSteps,
+    plant: Mapping[str, Any] | None,
+    names: Sequence[str] | None,
+) -> dict[str, Sequence[float]]:
+    """The poses among these signals, or all: x, y, z in m, and an axis times an angle in rad."""
+    found: dict[str, Sequence[float]] = {}
+    for name in description.signals if names is None else names:
+        listed = description.signals.get(name)
+        if listed is None or listed.signal is None or not listed.signal.is_pose:
+            continue
+        data = part_of(message_of(listed, steps, plant), listed.signal.path)
+        with suppress(NotKnown):
+            if data is not None:
+                found[name] = listed.signal.numbers(data)
+    return found
+
+
 def _value_text(signal: ListedSignal, data: Any) -> str:
     try:
         return value_text(signal.type, value_of(signal.type, data))
     except NotKnown as reason:
         return str(reason)
+
+
+def why_of(explainer: Explainer, one: SeenStep | None) -> list[Message]:
+    """The lines of `why` about the last step of a subsystem."""
+    if one is None:
+        return [_as_data(WhyLine("no step of it is known at this time", 0, "state"))]
+    return [_as_data(line) for line in explainer.lines(one)]
+
+
+def _as_data(line: WhyLine) -> Message:
+    return {
+        "text": line.text,
+        "depth": line.depth,
+        "role": line.role,
+        "truth": line.truth,
+        "place": line.place or None,
+    }
 
 
 # Series of numbers over time.

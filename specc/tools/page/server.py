@@ -24,6 +24,7 @@ from websockets.asyncio import server as sockets
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from specc.diagnostics.visible import visible
 from specc.tools.page.clients import Client, Picture, Watched
 from specc.tools.page.messages import (
     Malformed,
@@ -38,6 +39,7 @@ from specc.tools.page.messages import (
 
 STATIC = Path(__file__).with_name("static")
 _HOST = "127.0.0.1"
+_LONGEST_REASON = 300
 _LARGEST_BYTES = 1 << 18
 """Of a message of a browser."""
 _HEADERS = {
@@ -129,6 +131,7 @@ class Server:
         self._is_begun = False
         self._worker = ThreadPoolExecutor(1, "questions")
         self._breakpoints: list[Any] = []
+        """Those of the controlling browser; they outlive the run."""
 
     @property
     def url(self) -> str:
@@ -167,7 +170,6 @@ class Server:
 
     def begin(self) -> None:
         """Tell all browsers of a run that begins: all of it."""
-        self._breakpoints = []
         self._is_begun = True
         for client in self._clients:
             client.forget()
@@ -217,6 +219,8 @@ class Server:
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if len(hosts) != 1 or hosts[0] not in (f"{_HOST}:{self._port}", f"localhost:{self._port}"):
             return _refusal(HTTPStatus.FORBIDDEN)
+        if getattr(request, "method", "GET") != "GET":  # early releases know no other
+            return _refusal(HTTPStatus.METHOD_NOT_ALLOWED)
         path, _, query = request.path.partition("?")
         if origins and origins != [f"http://{hosts[0]}"]:
             return _refusal(HTTPStatus.FORBIDDEN)
@@ -303,7 +307,7 @@ class Server:
         try:
             message = read_message(text)
             kind = message["type"]
-            if kind in _QUESTIONS:
+            if kind in _QUESTIONS and self._is_begun:
                 client.ask(*_QUESTIONS[kind](message))
             elif kind == "watch":
                 self._watch(client, message)
@@ -323,6 +327,8 @@ class Server:
     def _watch(self, client: Client, message: Message) -> None:
         """Note what a browser shows. Raises Malformed."""
         signals = texts_in(message, "signals") if message.get("signals") is not None else None
+        if signals is not None and message.get("frames") is not None:
+            signals += texts_in(message, "frames")
         camera = text_in(message, "camera") if message.get("camera") is not None else ""
         client.watched = Watched(signals, camera, message.get("scene") is not False)
         self._tell_watch()
@@ -336,11 +342,16 @@ class Server:
             self.tell({"type": "breakpoints", "breakpoints": self._breakpoints})
 
     async def _reply(self, client: Client, question: Message) -> None:
-        """Answer a question of a browser."""
+        """Answer a question of a browser, or say why it cannot be answered."""
+        try:
+            await self._answer_question(client, question)
+        except Exception as error:  # noqa: BLE001  # one question must not end all answers
+            text = f"no answer: {visible(str(error)[:_LONGEST_REASON]) or type(error).__name__}"
+            client.put(json_text({"type": "refused", "id": question["id"], "text": text}))
+
+    async def _answer_question(self, client: Client, question: Message) -> None:
         kind, name, time_s = question["type"], question.get("name", ""), question["time_s"]
         source, watched = self._source, client.watched
-        if not self._is_begun:
-            return
         if kind == "look":
             found = await self._in_worker(partial(source.moment, time_s, watched.signals))
             client.put_latest("moment", _answer(question, "moment", found))

@@ -84,13 +84,14 @@ class Moment:
         elapsed_s: float | None,
         *,
         is_exact: bool,
-        array: Callable[[Value], Any],
+        array: Callable[[Value], Any] | None,
         folder: str = "",
     ) -> None:
         """`step` is what a message says; `memory` that of the step before; None: not known.
 
-        `array` makes what operators take of a vector or a pose; `folder` is that of the
-        specification, from which its files are named.
+        `array` makes what operators take of a vector or a pose; None: none is called, and what
+        they would give is not known. `folder` is that of the specification, from which its files
+        are named.
         """
         self.subsystem = subsystem
         self._system, self._step, self._memory = system, step, memory
@@ -233,6 +234,8 @@ class Moment:
 
     def _result(self, operator: Any, args: tuple[Value, ...]) -> Value:
         """Raises NotKnown, for no value of its type too."""
+        if self._array is None:
+            raise NotKnown(f"{m.source_name(operator.name)} is not called")
         types = [type_ for _, type_ in operator.parameters]
         try:
             given = [self._argument(t, v) for t, v in zip(types, args, strict=True)]
@@ -246,7 +249,7 @@ class Moment:
         """A value as operators take it."""
         if isinstance(value, NotRecorded):
             raise NotKnown("what an operator looks into is not recorded")
-        if type_.is_array:
+        if type_.is_array and self._array is not None:
             return self._array(value)
         if isinstance(type_, Real):
             return float(value)

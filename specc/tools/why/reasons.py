@@ -48,12 +48,17 @@ class Reasons:
 
     def lines(self, expr: m.Expr) -> list[str]:
         """Why it holds or what is missing, and then what it read."""
+        reasons, read = self.of(expr)
+        return [*reasons, *read]
+
+    def of(self, expr: m.Expr) -> tuple[list[str], list[str]]:
+        """Why it holds or what is missing; and what it read besides."""
         reasons = [*islice(self._why(expr, wanted=True, depth=0), _MOST_REASONS)]
         read = [*self._read(expr)]
         most = max(_MOST_LINES - len(read), _MOST_LINES // 2)
         number = f"{len(reasons) - most}{' or' if len(reasons) == _MOST_REASONS else ''}"
         rest = [f"and {number} more"] if len(reasons) > most else []
-        return [*reasons[:most], *rest, *read]
+        return [*reasons[:most], *rest], read
 
     def _why(self, expr: m.Expr, wanted: bool, depth: int) -> Iterator[str]:
         """What decides whether it is as it is `wanted` to be."""

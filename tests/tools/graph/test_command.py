@@ -75,7 +75,7 @@ def test_dot_goes_to_standard_output_and_needs_no_graphviz(
 
 
 def test_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    made = {"svg": b"<?xml?>\n<svg>", "png": b"\x89PNG"}
+    made = {"svg": b"<?xml?>\n<svg></svg>", "png": b"\x89PNG"}
     monkeypatch.setattr(drawing, "render", lambda dot, form: made[form])
 
     def run(*options: str) -> tuple[int, str, str]:

@@ -11,7 +11,9 @@ import pytest
 from specc.model.system import Subsystem, System
 from specc.pipeline import read_spec
 from specc.tools.graph.diagram import Arc, Box, Cluster, Diagram, line
-from specc.tools.graph.page import TaggedDiagram, machine_picture, structure_picture
+from specc.tools.graph.formats import draw_svg
+from specc.tools.graph.page import machine_picture, structure_picture
+from specc.tools.graph.tags import TaggedDiagram
 from tests.tools.graph.test_dot import HOSTILE
 
 GROUP = "{http://www.w3.org/2000/svg}g"
@@ -95,7 +97,7 @@ def test_names_of_strangers_make_ids_of_few_characters() -> None:
     arcs = tuple(Arc(boxes[0].id, box.id, covers=(f"{boxes[0].id} -> {box.id}",)) for box in boxes)
     groups = tuple(Cluster(name, (), (Box(f"in {name}", "state", ()),)) for name in names[:2])
     tagged = TaggedDiagram(Diagram("hostile", boxes, arcs, groups), "<p>")
-    of = classes(tagged.draw())
+    of = classes(draw_svg(tagged))
     assert {*tagged.nodes.values(), *tagged.arcs.values(), *tagged.groups.values()} <= set(of)
     assert len(set(tagged.nodes.values())) == len(names)
     assert len(set(tagged.arcs.values())) == len(arcs)

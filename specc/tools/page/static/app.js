@@ -1,6 +1,6 @@
 /** The page of a run: connects to the server, and hands its messages to the cards. */
 
-import { button, byId } from "./dom.js";
+import { button, byId, icon } from "./dom.js";
 import { Connection } from "./protocol.js";
 import { emit, on, page, take } from "./state.js";
 import "./notices.js";
@@ -16,6 +16,8 @@ import { showPicture } from "./view.js";
 
 // One card may fill the place of all.
 
+const CORNERS = "M10 3H13V6M13 3L9.5 6.5M6 13H3V10M3 13L6.5 9.5";
+
 function enlarge(card, is_large) {
   for (const other of document.querySelectorAll(".card.large")) {
     other.classList.remove("large");
@@ -26,7 +28,7 @@ function enlarge(card, is_large) {
 
 for (const card of document.querySelectorAll(".card")) {
   const title = card.querySelector("h2").textContent;
-  const toggle = button("⤢", `Enlarge ${title}`, () => enlarge(card, !card.matches(".large")), {
+  const toggle = button(icon(CORNERS), `Enlarge ${title}`, () => enlarge(card, !card.matches(".large")), {
     class: "enlarge",
     "aria-label": `Enlarge ${title}`,
   });

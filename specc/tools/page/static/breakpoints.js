@@ -33,18 +33,20 @@ export function setBreakpoint(one) {
   return page.breakpoints.find((other) => wordsOf(other) === wordsOf(one));
 }
 
-/** Set a breakpoint, or remove it if it is set. */
-export function toggleBreakpoint(one) {
+/** Set breakpoints that belong together, or remove them if some are set. */
+export function toggleBreakpoints(own) {
   const refusal = page.refusal("break");
   if (refusal) {
     say(`No breakpoint: ${refusal}.`);
     return;
   }
-  const known = setBreakpoint(one);
-  const others = page.breakpoints.filter((other) => other !== known);
-  const added = known ? [] : [{ id: crypto.randomUUID?.() ?? String(Math.random()), ...one }];
+  const known = new Set(own.map(setBreakpoint).filter(Boolean));
+  const others = page.breakpoints.filter((other) => !known.has(other));
+  const added = known.size ? [] : own.map((one) => ({ id: wordsOf(one), ...one }));
   page.send({ type: "break", breakpoints: [...others, ...added] });
 }
+
+const toggleBreakpoint = (one) => toggleBreakpoints([one]);
 
 /** A small button that sets and removes a breakpoint, and shows whether it is set. */
 export function breakpointButton(one) {

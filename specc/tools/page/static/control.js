@@ -66,6 +66,7 @@ function step() {
     page.look(page.time_s + (page.chosen?.period_s ?? 0.1));
   } else {
     page.look(null);
+    page.stepping = true;
     command("step", { type: "step", machine: page.machine });
   }
 }
@@ -137,9 +138,8 @@ function showStatus() {
   const chip = byId("status");
   const { now } = page;
   let words = page.isFile ? "" : (now?.status ?? "begins");
-  if (now?.status === "running" && now.factor !== null && !page.isFile) {
-    const factor = Number(now.factor.toPrecision(2));
-    words = page.hello.real_time ? "running in real time" : `running × ${factor}`;
+  if (now?.status === "running" && !page.isFile) {
+    words = page.hello.real_time ? "running in real time" : `running ${factorWords(now)}`;
   }
   const late = Object.entries(now?.real_time ?? {});
   if (late.length) {
@@ -152,6 +152,12 @@ function showStatus() {
   chip.hidden = page.connected && !words;
   chip.title = page.clients > 1 ? `${page.clients} pages are open` : "";
   byId("take").hidden = page.isFile || page.controls || !page.connected;
+}
+
+/** How fast simulated time goes: as it should, or as it does where that is slower. */
+function factorWords({ speed: wanted, factor }) {
+  const is_reached = wanted !== null && (factor === null || factor > 0.9 * wanted);
+  return `× ${is_reached ? wanted : Number((factor ?? 0).toPrecision(2))}`;
 }
 
 function showAbout() {

@@ -2,7 +2,7 @@
 
 import { html, parseSvg } from "./dom.js";
 
-const LEAST = 1;
+const LEAST = 0.92;
 /** Pixels for a unit of a picture, whose text is 10 units high; smaller is not legible. */
 const NATURAL = 4 / 3;
 const MOST = 1.7;
@@ -17,8 +17,6 @@ export class Diagram {
     this.svg = null;
     this.url = null;
     this.centred = null;
-    /** Lines of text below a picture: each a list of its cells. */
-    this.notes = [];
     new ResizeObserver(() => this.fit()).observe(container);
   }
 
@@ -35,7 +33,6 @@ export class Diagram {
       return false;
     }
     this.svg = found;
-    this.notes = [];
     if (found) {
       this.container.replaceChildren(found);
       this.crop();
@@ -56,25 +53,8 @@ export class Diagram {
     }
   }
 
-  /** Cut off the background, and the notes, which are kept as texts. */
+  /** Leave no empty space around what is drawn. */
   crop() {
-    const graph = this.svg.querySelector("g.graph") ?? this.svg;
-    const lines = new Map();
-    for (const element of [...graph.children]) {
-      if (element.localName === "text") {
-        const y = Number(element.getAttribute("y"));
-        const key = [...lines.keys()].find((other) => Math.abs(other - y) < 4) ?? y;
-        lines.set(key, [...(lines.get(key) ?? []), element]);
-        element.remove();
-      } else if (element.localName === "polygon") {
-        element.remove();
-      }
-    }
-    const across = (element) => Number(element.getAttribute("x"));
-    const cells = (texts) => texts.sort((a, b) => across(a) - across(b));
-    this.notes = [...lines.keys()]
-      .sort((a, b) => a - b)
-      .map((y) => cells(lines.get(y)).map((element) => element.textContent));
     const { x, y, width, height } = this.svg.getBBox();
     this.width = width + 2 * MARGIN;
     this.height = height + 2 * MARGIN;
@@ -95,8 +75,11 @@ export class Diagram {
     this.centre(element, false);
   }
 
+  /** The element with an id, and those that belong to it: they have the id as a class. */
   find(id) {
-    return this.svg?.querySelector(`#${CSS.escape(id)}`) ?? null;
+    const name = CSS.escape(id);
+    const others = this.svg?.querySelectorAll(`.${name}:not(#${name})`) ?? [];
+    return [this.svg?.querySelector(`#${name}`), ...others].filter(Boolean);
   }
 
   /** Scroll to an element, if it is another than the last one and not all of the picture is seen. */

@@ -12,9 +12,12 @@ const SVG = "http://www.w3.org/2000/svg";
  */
 function fill(element, properties, content) {
   for (const [name, value] of Object.entries(properties)) {
+    if (value === false || value === null || value === undefined) {
+      continue;
+    }
     if (name.startsWith("on")) {
       element.addEventListener(name.slice(2), value);
-    } else if (value !== false && value !== null && value !== undefined) {
+    } else {
       element.setAttribute(name, value === true ? "" : String(value));
     }
   }
@@ -35,6 +38,11 @@ export function svg(tag, properties = {}, ...content) {
 /** A button; `title` says what it does, with its key. */
 export function button(text, title, onclick, properties = {}) {
   return html("button", { type: "button", title, onclick, ...properties }, text);
+}
+
+/** A picture for a button, of strokes in a square of 16 units. */
+export function icon(d) {
+  return svg("svg", { class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d }));
 }
 
 /** The element of the page with that id. */
@@ -96,7 +104,7 @@ const DRAWN = new Set([
   "defs", "clipPath",
 ]);
 const ATTRIBUTE = /^(id|class|d|points|c?x|c?y|r[xy]?|[xy][12]|width|height|viewBox|transform)$/;
-const LOOK = /^(fill|stroke|font|text-anchor|opacity|clip-path|xml:space|dx$|dy$|data-rows$)/;
+const LOOK = /^(fill|stroke|font|text-anchor|opacity|clip-path|xml:space|dx$|dy$|baseline-shift$|data-rows$)/;
 
 /**
  * The root of a picture, with nothing in it but shapes and texts.

@@ -52,28 +52,6 @@ export function composePose(bodyPose, pose) {
   ];
 }
 
-/**
- * The pose of a homogeneous matrix, given as four rows or as 16 numbers row by row; null for others.
- * @returns {Pose|null}
- */
-export function poseOfMatrix(matrix) {
-  const m = Array.isArray(matrix) ? matrix.flat() : [];
-  if (m.length !== 16 || !m.every(Number.isFinite)) return null;
-  const [xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z] = m;
-  const trace = xx + yy + zz;
-  let quaternion;
-  if (trace > 0) {
-    quaternion = [trace + 1, zy - yz, xz - zx, yx - xy];
-  } else if (xx >= yy && xx >= zz) {
-    quaternion = [zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx];
-  } else if (yy >= zz) {
-    quaternion = [xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy];
-  } else {
-    quaternion = [yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz];
-  }
-  return checkedPose([x, y, z, ...quaternion]);
-}
-
 /** The matrix of a pose, with lengths along its own axes multiplied by `scale`. */
 export function poseMatrix([x, y, z, w, i, j, k], [sx, sy, sz] = [1, 1, 1]) {
   return new Float32Array([
@@ -150,7 +128,7 @@ export function cross(a, b) {
 }
 
 export function unit(a) {
-  const length = Math.hypot(...a) || 1;
+  const length = Math.sqrt(dot(a, a)) || 1;
   return [a[0] / length, a[1] / length, a[2] / length];
 }
 
@@ -226,8 +204,9 @@ export function cylinder(parts = 32) {
   return solidOf(corners, normals);
 }
 
-const MOST_AROUND = 64;
-/** Triangles at a corner; with more, all of them make its normal. */
+const SMOOTH = Math.cos((40 * Math.PI) / 180);
+const MOST_AROUND = 24;
+/** Triangles at a point; with more, each has its own normal there. */
 
 /**
  * Triangles, three corners each, with normals that are smooth but for edges sharper than 40°.
@@ -238,6 +217,7 @@ export function smoothSolid(points, indices, uv) {
   const count = indices.length / 3;
   const of = samePlaces(points);
   const faces = faceNormals(points, indices);
+  const directions = faces.map(unit);
   const around = Array.from({ length: points.length / 3 }, () => []);
   for (let n = 0; n < indices.length; n += 1) around[of[indices[n]]].push(Math.floor(n / 3));
   const solid = {
@@ -249,7 +229,8 @@ export function smoothSolid(points, indices, uv) {
     const point = indices[n];
     solid.positions.set(points.subarray(3 * point, 3 * point + 3), 3 * n);
     if (uv) solid.uvs.set(uv.subarray(2 * point, 2 * point + 2), 2 * n);
-    solid.normals.set(cornerNormal(faces, Math.floor(n / 3), around[of[point]]), 3 * n);
+    const others = around[of[point]];
+    solid.normals.set(cornerNormal(faces, directions, Math.floor(n / 3), others), 3 * n);
   }
   return solid;
 }
@@ -277,12 +258,11 @@ function faceNormals(points, indices) {
   return normals;
 }
 
-function cornerNormal(faces, own, around) {
-  const cosine = Math.cos((40 * Math.PI) / 180);
-  const face = unit(faces[own]);
+/** The mean of the normals around a point that differ little from that of one of its triangles. */
+function cornerNormal(faces, directions, own, around) {
   let sum = [0, 0, 0];
   for (const other of around.length > MOST_AROUND ? [own] : around) {
-    if (dot(face, unit(faces[other])) > cosine) sum = along(sum, 1, faces[other]);
+    if (dot(directions[own], directions[other]) > SMOOTH) sum = along(sum, 1, faces[other]);
   }
-  return unit(Math.hypot(...sum) > 0 ? sum : face);
+  return dot(sum, sum) > 0 ? unit(sum) : directions[own];
 }

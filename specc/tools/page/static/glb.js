@@ -6,7 +6,14 @@
  * text for people.
  */
 
-export const LIMITS = { bytes: 64 << 20, triangles: 100_000, points: 300_000, texels: 1024, nodes: 64 };
+export const LIMITS = {
+  bytes: 64 << 20,
+  triangles: 100_000,
+  points: 300_000,
+  texels: 1024,
+  nodes: 64,
+  metres: 1e6,
+};
 
 const MAGIC = 0x46546c67;
 const JSON_CHUNK = 0x4e4f534a;
@@ -82,11 +89,14 @@ function chunksOf(bytes) {
   return { told: told ?? {}, binary };
 }
 
+const isNear = (value) => Math.abs(value) <= LIMITS.metres;
 const list = (value) => (Array.isArray(value) ? value : []);
 
 function item(values, number, kind) {
   const found = Number.isInteger(number) ? list(values)[number] : undefined;
-  if (found === undefined || found === null) throw new Error(`a model lacks a ${kind} that it names`);
+  if (found === undefined || found === null) {
+    throw new Error(`a model lacks a ${kind} that it names`);
+  }
   return found;
 }
 
@@ -128,15 +138,17 @@ function partOf(file, primitive, node) {
     primitive.indices === undefined
       ? Uint32Array.from({ length: count }, (_, n) => n)
       : Uint32Array.from(numbersOf(file, primitive.indices, "SCALAR", 3 * LIMITS.triangles));
-  if (!(points instanceof Float32Array) || !points.every(Number.isFinite)) {
-    throw new Error("a model has points that are no finite numbers");
+  if (!(points instanceof Float32Array) || !points.every(isNear)) {
+    throw new Error("a model has points that are no numbers, or too far away");
   }
   if (indices.length % 3 || indices.some((index) => index >= count)) {
     throw new Error("a model has triangles without corners");
   }
-  const material = primitive.material === undefined ? {} : item(file.told.materials, primitive.material, "material");
+  const { material: number } = primitive;
+  const material = number === undefined ? {} : item(file.told.materials, number, "material");
   const look = material.pbrMetallicRoughness ?? {};
-  const uv = attributes.TEXCOORD_0 === undefined ? null : numbersOf(file, attributes.TEXCOORD_0, "VEC2", LIMITS.points);
+  const at = attributes.TEXCOORD_0;
+  const uv = at === undefined ? null : numbersOf(file, at, "VEC2", LIMITS.points);
   const hasUv = uv instanceof Float32Array && uv.length === 2 * count;
   return {
     points: placed(points, node),

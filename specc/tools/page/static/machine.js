@@ -1,14 +1,16 @@
 /** The chosen machine: its current state lit, the way into it, breakpoints on states and rows. */
 
-import { toggleBreakpoint } from "./breakpoints.js";
+import { toggleBreakpoints } from "./breakpoints.js";
 import { Diagram } from "./diagram.js";
-import { byId, html, setText, svg } from "./dom.js";
+import { byId, hover, html, setText, svg } from "./dom.js";
 import { emit, on, page } from "./state.js";
 
 const diagram = new Diagram(byId("states"));
 const FLASH_MS = 900;
+const MOST_ROWS = 4;
+/** Of one arc that are listed. */
 
-/** State or row of the machine that is drawn -> its element. */
+/** State of the machine that is drawn -> its element; row -> its arc, and what is beside it. */
 let states = new Map();
 let rows = new Map();
 let last_row = "";
@@ -85,66 +87,71 @@ async function draw() {
   states = new Map();
   rows = new Map();
   last_row = "";
-  if (!(await diagram.show(machine?.svg ?? null)) || !machine) {
+  if (!(await diagram.show(machine?.svg ?? null)) || !machine || !diagram.svg) {
     return;
   }
-  if (diagram.svg) {
-    diagram.svg.setAttribute("role", "group");
-    diagram.svg.setAttribute("aria-label", `States of ${machine.name}`);
-    prepareStates(machine);
-    prepareRows(machine);
-  }
-  showConditions();
+  diagram.svg.setAttribute("role", "group");
+  diagram.svg.setAttribute("aria-label", `States of ${machine.name}`);
+  prepareStates(machine);
+  prepareRows(machine);
   showMarks();
   light();
 }
 
 function prepareStates(machine) {
   for (const state of machine.states) {
-    const element = diagram.find(state.id);
+    const [element] = diagram.find(state.id);
     if (element) {
       states.set(state.name, element);
-      element.classList.add("state");
       element.classList.toggle("error", state.is_error);
-      makeButton(element, 0, () => ({ kind: "state", machine: machine.name, state: state.name }));
+      makeButton(element, 0, () => [{ kind: "state", machine: machine.name, state: state.name }]);
+      explain(element, () => `${stateWords(machine, state.name)}\n${state.place}`);
       element.addEventListener("keydown", (event) => walk(event, state.name));
     }
   }
 }
 
+/** An arc and what is beside it may stand for several rows. */
 function prepareRows(machine) {
-  const shared = new Map();
-  for (const element of diagram.svg.querySelectorAll("[data-rows]")) {
-    for (const number of element.getAttribute("data-rows").split(/\D+/)) {
-      shared.set(Number(number), element);
-    }
-  }
-  machine.rows.forEach((row, number) => {
-    const element = diagram.find(row.id) ?? shared.get(number);
-    if (!element) {
-      return;
-    }
-    if (![...rows.values()].includes(element)) {
-      for (const path of element.querySelectorAll("path")) {
+  for (const [id, own] of Map.groupBy(machine.rows, (row) => row.id)) {
+    const elements = diagram.find(id);
+    for (const element of elements) {
+      for (const path of element.matches(".edge") ? element.querySelectorAll("path") : []) {
         element.prepend(svg("path", { class: "reach", d: path.getAttribute("d") }));
       }
-      makeButton(element, -1, () => ({ kind: "row", machine: machine.name, row: row.label }));
-      element.addEventListener("keydown", (event) => walk(event, row.source, element));
+      element.classList.add("row");
+      const breakpoints = () =>
+        own.map((row) => ({ kind: "row", machine: machine.name, row: row.label }));
+      makeButton(element, -1, breakpoints);
+      explain(element, () => wordsOfRows(own));
+      element.addEventListener("keydown", (event) => walk(event, own[0].source, element));
     }
-    element.classList.add("row");
-    rows.set(row.label, element);
-  });
+    for (const row of own) {
+      rows.set(row.label, elements);
+    }
+  }
 }
 
-/** Let a part of the picture set and remove a breakpoint. */
-function makeButton(element, tabindex, breakpoint) {
+function wordsOfRows(own) {
+  const labels = own.map((row) => row.label);
+  const more = labels.length > MOST_ROWS ? `\nand ${labels.length - MOST_ROWS} more` : "";
+  return `${labels.slice(0, MOST_ROWS).join("\n")}${more}\n${own[0].place}`;
+}
+
+function explain(element, words) {
+  element.addEventListener("pointermove", (event) => hover(event, words()));
+  element.addEventListener("pointerleave", (event) => hover(event, ""));
+}
+
+/** Let a part of the picture set and remove breakpoints. */
+function makeButton(element, tabindex, breakpoints) {
   element.setAttribute("tabindex", tabindex);
   element.setAttribute("role", "button");
-  element.addEventListener("click", () => toggleBreakpoint(breakpoint()));
+  element.addEventListener("click", () => toggleBreakpoints(breakpoints()));
   element.addEventListener("keydown", (event) => {
     if (event.key === "Enter") {
       event.preventDefault();
-      toggleBreakpoint(breakpoint());
+      toggleBreakpoints(breakpoints());
     }
   });
 }
@@ -156,27 +163,13 @@ function walk(event, source, element = null) {
     states.get(source)?.focus();
   } else if (step) {
     const leaving = page.chosen.rows.filter((row) => row.source === source);
-    const own = [...new Set(leaving.map((row) => rows.get(row.label)).filter(Boolean))];
+    const own = [...new Set(leaving.map((row) => rows.get(row.label)?.[0]).filter(Boolean))];
     own[(own.indexOf(element) + step + own.length) % own.length]?.focus();
     event.preventDefault();
   } else {
     return;
   }
   event.stopPropagation();
-}
-
-function showConditions() {
-  const details = byId("conditions");
-  const notes = diagram.notes.filter((cells) => cells.length > 0);
-  details.hidden = notes.length === 0;
-  details.querySelector("dl").replaceChildren(
-    ...notes.flatMap(([name, ...text]) => {
-      const begins = name.trim() !== "";
-      return begins && text.length
-        ? [html("dt", {}, name), html("dd", {}, text.join(" "))]
-        : [html("dd", {}, [name, ...text].join(" "))];
-    }),
-  );
 }
 
 // What is lit.
@@ -187,43 +180,49 @@ function light() {
   if (!machine || !standing || !states.size) {
     return;
   }
-  const modes = machine.states.find((state) => state.name === standing.state)?.modes ?? [];
+  const around = machine.states.find((state) => state.name === standing.state)?.modes ?? [];
   for (const [name, element] of states) {
     const is_lit = name === standing.state;
     element.classList.toggle("lit", is_lit);
-    describe(element, `state ${stateWords(machine, name)}`, is_lit ? "current" : "");
+    element.setAttribute("aria-current", String(is_lit));
+    describe(element, `state ${stateWords(machine, name)}`);
     if (is_lit) {
-      element.setAttribute("aria-current", "true");
       diagram.centre(element);
-    } else {
-      element.removeAttribute("aria-current");
     }
   }
-  for (const frame of diagram.svg.querySelectorAll(".mode")) {
-    frame.classList.toggle("lit", modes.some((mode) => frame.id.endsWith(`m-${mode}`)));
+  for (const { name, id } of machine.modes ?? []) {
+    for (const frame of diagram.find(id)) {
+      frame.classList.toggle("lit", around.includes(name));
+    }
   }
   lightRow(standing);
 }
 
-function lightRow(standing) {
-  const element = rows.get(standing.row);
-  for (const [label, other] of rows) {
-    other.classList.toggle("lit", other === element);
-    describe(other, `row ${label}`, other === element ? "taken last" : "");
+function lightRow({ row, since_s }) {
+  const taken = rows.get(row) ?? [];
+  for (const [label, elements] of rows) {
+    for (const element of elements) {
+      element.classList.toggle("lit", taken.includes(element));
+      describe(element, `row ${taken.includes(element) ? row : label}`);
+    }
   }
-  const key = `${standing.since_s} ${standing.row}`;
-  if (last_row && key !== last_row && element && page.cursor === null) {
-    element.classList.add("flash");
-    setTimeout(() => element.classList.remove("flash"), FLASH_MS);
+  const key = `${since_s} ${row}`;
+  if (last_row && key !== last_row && page.cursor === null) {
+    for (const element of taken) {
+      element.classList.add("flash");
+      setTimeout(() => element.classList.remove("flash"), FLASH_MS);
+    }
   }
   last_row = key;
 }
 
-function describe(element, name, more) {
+function describe(element, name) {
   const is_break = element.classList.contains("breakpoint");
-  const words = [name, more, is_break ? "breakpoint" : ""].filter(Boolean).join(", ");
-  if (element.getAttribute("aria-label") !== words) {
-    element.setAttribute("aria-label", words);
+  const is_taken = element.matches(".row.lit");
+  const words = [name, is_taken && "taken last", is_break && "breakpoint"];
+  const text = words.filter(Boolean).join(", ");
+  if (element.getAttribute("aria-label") !== text) {
+    element.setAttribute("aria-label", text);
     element.setAttribute("aria-pressed", String(is_break));
   }
 }
@@ -234,13 +233,15 @@ function showMarks() {
   for (const mark of diagram.svg?.querySelectorAll(".stop") ?? []) {
     mark.remove();
   }
-  const own = page.breakpoints.filter((one) => one.machine === page.machine);
   const stops = new Set();
-  for (const one of own) {
-    stops.add(one.kind === "state" ? states.get(one.state) : rows.get(one.row));
+  for (const one of page.breakpoints) {
+    if (one.machine === page.machine) {
+      stops.add(one.kind === "state" ? states.get(one.state) : rows.get(one.row)?.[0]);
+    }
   }
-  for (const element of [...states.values(), ...rows.values()]) {
-    element.classList.toggle("breakpoint", stops.has(element));
+  const arcs = [...rows.values()].map(([element]) => element);
+  for (const element of [...states.values(), ...arcs]) {
+    element?.classList.toggle("breakpoint", stops.has(element));
   }
   for (const element of stops) {
     element?.append(svg("circle", { class: "stop", r: 4.5, ...placeOfMark(element) }));

@@ -9,6 +9,11 @@ const MOST = 4;
 /** Say something that goes away by itself, unless the pointer is on it. */
 export function say(text, is_bad = false) {
   const toasts = byId("toasts");
+  for (const other of toasts.children) {
+    if (other.firstChild.textContent === text) {
+      other.remove();
+    }
+  }
   const toast = html("div", { class: is_bad ? "toast bad" : "toast" }, html("span", {}, text));
   let timer = 0;
   const wait = () => {
@@ -39,6 +44,16 @@ function showNotices() {
 
 on("hello connection", showNotices);
 on("refused", (message) => say(message.text, true));
+
+/** Why the run stopped; it is said with the time, which comes next. */
+let reason = "";
 on("stopped", (message) => {
-  say(`Stopped at ${seconds(page.now?.time_s ?? 0, page.digits)}: ${message.why}`);
+  reason = page.stepping ? "" : message.why;
+  page.stepping = false;
+});
+on("now", (message) => {
+  if (reason && message.status === "paused") {
+    say(`Stopped at ${seconds(message.time_s, page.digits)}: ${reason}`);
+    reason = "";
+  }
 });

@@ -34,7 +34,7 @@ export class Orbit {
   }
 
   /**
-   * Looks as a camera of the model does, which sees along its -z, and around what is in front of it.
+   * Looks as a camera of the model does, which sees along its -z, and turns around what is there.
    * @param {number[]} pose @param {number} fovy @param {{centre: number[], radius: number}} bounds
    */
   follow(pose, fovy, { centre, radius }) {
@@ -57,7 +57,8 @@ export class Orbit {
 
   /** Back to the first view. */
   reset() {
-    if (this.home) Object.assign(this, { ...this.home, home: this.home, target: [...this.home.target] });
+    const { home } = this;
+    if (home) Object.assign(this, { ...home, home, target: [...home.target] });
   }
 
   turn(yaw, pitch) {

@@ -61,7 +61,8 @@ void main() {
   direct *= direct > 0.0 ? sunlight() : 1.0;
   float sky = 0.5 + 0.5 * n.z;
   float head = max(dot(n, toEye), 0.0);
-  vec3 light = vec3(0.34, 0.36, 0.40) * (0.55 + 0.45 * sky) + vec3(0.16) * head + vec3(0.62, 0.60, 0.56) * direct;
+  vec3 light = vec3(0.34, 0.36, 0.40) * (0.55 + 0.45 * sky) + vec3(0.16) * head;
+  light += vec3(0.62, 0.60, 0.56) * direct;
   float shine = 0.12 * pow(max(dot(n, normalize(sun + toEye)), 0.0), 32.0) * step(0.001, direct);
   seen = vec4(mix(base.rgb * light + shine * direct, base.rgb, flatness), base.a);
 }`;
@@ -125,8 +126,9 @@ export class Painter {
     this.solids = new Program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.shadows = new Program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
     this.grid = new Program(gl, GRID_VERTEX, GRID_FRAGMENT);
+    const white = new Uint8Array(4).fill(255);
     this.blank = this.texture(1, (target) =>
-      gl.texImage2D(target, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4).fill(255)),
+      gl.texImage2D(target, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, white),
     );
     this.shadowMap = this.depthTexture();
     this.shadowBuffer = gl.createFramebuffer();
@@ -218,7 +220,8 @@ export class Painter {
   draw(parts, onTop, how) {
     const { gl } = this;
     const solid = parts.filter((part) => part.colour[3] >= 1);
-    const distance = (part) => how.eye.reduce((sum, value, n) => sum + (value - part.pose[n]) ** 2, 0);
+    const distance = ({ pose }) =>
+      Math.hypot(...how.eye.map((value, axis) => value - pose[axis]));
     const clear = parts.filter((part) => part.colour[3] < 1);
     clear.sort((a, b) => distance(b) - distance(a));
     if (how.light) this.drawShadows(solid, how.light);

@@ -1,12 +1,12 @@
 /**
- * The parts of a scene: the entities of a message `foxglove.SceneUpdate`, checked and within limits.
+ * The parts of a scene: the entities of a message `foxglove.SceneUpdate`, checked and bounded.
  */
 import { checkedPose, cube, cylinder, IDENTITY_POSE, smoothSolid, sphere } from "./geometry.js";
-import { bytesOf, colourOf, parseGlb } from "./glb.js";
+import { bytesOf, colourOf, LIMITS, parseGlb } from "./glb.js";
 import { cameraOfText } from "./orbit.js";
 
 export const MOST_PARTS = 4000;
-export const MOST_TRIANGLES = 500_000;
+export const MOST_TRIANGLES = 250_000;
 export const MOST_TEXTURES = 64;
 const FLAT_M = 0.002;
 const KINDS = { cubes: "cube", spheres: "sphere", cylinders: "cylinder" };
@@ -14,7 +14,7 @@ const KINDS = { cubes: "cube", spheres: "sphere", cylinders: "cylinder" };
 /**
  * @typedef {object} Part
  * @property {string} body
- * @property {string|import("./geometry.js").Solid} solid `cube`, `sphere`, `cylinder`, or own triangles
+ * @property {string|import("./geometry.js").Solid} solid a name of `makers`, or own triangles
  * @property {number[]} pose in the body
  * @property {number[]} scale
  * @property {number[]} colour
@@ -34,9 +34,10 @@ export function partsOf(message) {
   const found = { parts: [], cameras: new Map(), notices: new Set(), triangles: 0, textures: 0 };
   for (const entity of list(message?.entities)) {
     const body = String(entity?.frame_id ?? "");
-    for (const { key, value } of list(entity?.metadata).slice(0, 100)) {
-      const camera = String(key).startsWith("camera ") ? cameraOfText(value) : null;
-      if (camera) found.cameras.set(String(key).slice(7), { body, ...camera });
+    for (const entry of list(entity?.metadata).slice(0, 100)) {
+      const key = String(entry?.key);
+      const camera = key.startsWith("camera ") ? cameraOfText(entry.value) : null;
+      if (camera) found.cameras.set(key.slice(7), { body, ...camera });
     }
     for (const [field, solid] of Object.entries(KINDS)) {
       for (const shape of list(entity?.[field])) addShape(found, body, solid, shape);
@@ -58,11 +59,12 @@ function addShape(found, body, solid, shape) {
   if (isFull(found)) return;
   const pose = poseOf(shape?.pose);
   const scale = ["x", "y", "z"].map((axis) => Number(shape?.size?.[axis]));
-  if (!pose || !scale.every((edge) => Number.isFinite(edge) && edge > 0)) {
+  if (!pose || !scale.every((edge) => edge > 0 && edge <= LIMITS.metres)) {
     found.notices.add("A part without a proper place or size is left out.");
     return;
   }
-  const isFloor = solid === "cube" && scale[2] <= FLAT_M && Math.min(scale[0], scale[1]) > 100 * scale[2];
+  const isFlat = scale[2] <= FLAT_M && Math.min(scale[0], scale[1]) > 100 * scale[2];
+  const isFloor = solid === "cube" && isFlat;
   const colour = colour4(shape.color);
   const ball = { centre: [0, 0, 0], radius: Math.hypot(...scale) / 2 };
   found.parts.push({ body, solid, pose, scale, colour, png: null, isFloor, ball });
@@ -73,7 +75,7 @@ function addModel(found, body, model) {
   try {
     const pose = poseOf(model?.pose);
     const scale = ["x", "y", "z"].map((axis) => Number(model?.scale?.[axis] ?? 1));
-    if (!pose || !scale.every((edge) => Number.isFinite(edge) && edge !== 0)) {
+    if (!pose || !scale.every((edge) => Math.abs(edge) > 0 && Math.abs(edge) <= LIMITS.metres)) {
       throw new Error("a model has no proper place or size");
     }
     for (const part of parseGlb(bytesOf(model.data))) {
@@ -101,9 +103,10 @@ function colour4(colour) {
 /** The pose of a message with a position and an orientation, or null. */
 function poseOf(pose) {
   if (!pose) return IDENTITY_POSE;
-  const { position = {}, orientation = {} } = pose;
-  const { x = 0, y = 0, z = 0 } = position;
-  return checkedPose([x, y, z, orientation.w ?? 1, orientation.x ?? 0, orientation.y ?? 0, orientation.z ?? 0]);
+  const { x = 0, y = 0, z = 0 } = pose.position ?? {};
+  const { w = 1, x: i = 0, y: j = 0, z: k = 0 } = pose.orientation ?? {};
+  const found = checkedPose([x, y, z, w, i, j, k]);
+  return found?.every((value) => Math.abs(value) <= LIMITS.metres) ? found : null;
 }
 
 /** A ball around scaled points, in the axes of the part. */

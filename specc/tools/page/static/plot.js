@@ -79,10 +79,11 @@ function draw(parts, lines, series, cursor_s, width) {
   const [words] = parts.map((part) => part.words);
   const picture = svg("svg", { width, height: HEIGHT, role: "img", "aria-hidden": "true" });
   const { begin_s, end_s } = series;
-  const x = (time_s) => LEFT + ((time_s - begin_s) / (end_s - begin_s)) * (width - LEFT - RIGHT);
-  picture.append(
-    svg("rect", { class: "area", x: LEFT, y: TOP, width: width - LEFT - RIGHT, height: HEIGHT - 2 * TOP }),
-  );
+  const across = width - LEFT - RIGHT;
+  const x = (time_s) => ((time_s - begin_s) / (end_s - begin_s)) * across;
+  const area = svg("svg", { x: LEFT, width: across, height: HEIGHT });
+  area.append(svg("rect", { class: "area", y: TOP, width: across, height: HEIGHT - 2 * TOP }));
+  picture.append(area);
   if (range) {
     const [least, greatest] = words.length ? [0, words.length - 1] : range;
     const pad = greatest === least ? Math.max(Math.abs(least) * 0.05, 1e-9) : 0;
@@ -90,7 +91,7 @@ function draw(parts, lines, series, cursor_s, width) {
     const y = (value) => HEIGHT - TOP - 3 - ((value - low) / (high - low)) * (HEIGHT - 2 * TOP - 6);
     for (const [at, line] of lines.entries()) {
       const path = pathOf(series.t, line, x, y, words.length > 0);
-      picture.append(svg("path", { class: `line line-${at % 6}`, d: path }));
+      area.append(svg("path", { class: `line line-${at % 6}`, d: path }));
     }
     const ends = greatest === least ? [least] : [least, greatest];
     for (const value of words.length > 2 ? words.keys() : ends) {
@@ -99,7 +100,7 @@ function draw(parts, lines, series, cursor_s, width) {
   }
   if (cursor_s >= begin_s && cursor_s <= end_s + 1e-9) {
     const at = x(cursor_s).toFixed(1);
-    picture.append(svg("path", { class: "cursor", d: `M${at} ${TOP}V${HEIGHT - TOP}` }));
+    area.append(svg("path", { class: "cursor", d: `M${at} ${TOP}V${HEIGHT - TOP}` }));
   }
   return picture;
 }

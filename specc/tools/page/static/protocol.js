@@ -20,7 +20,8 @@
  *   seed: number, real_time: boolean, begin_s: number, end_s: number|null, notice: string[],
  *   machines: Machine[], structure: string|null, signals: Signal[],
  *   requirements: {that: string, because: string, place: string}[], cameras: string[],
- *   frames: string[], poses: string[], scene: string|null, bodies: string[],
+ *   frames: string[], poses: {name: string, base: string, end: string}[],
+ *   carriers: Object<string, string>, scene: string|null, bodies: string[],
  *   constants: {name: string, text: string, unit: string}[], live: LiveConstant[],
  *   panel: PanelElement[], can: Object<string, boolean>, controls: boolean}} Hello
  *   What is shown; it comes again when the run starts again.
@@ -36,6 +37,7 @@
  *   The latest moment of a run, or the end of a recording.
  * @typedef {{type: "moment", id: number, time_s: number, states: Object<string, Standing>,
  *   values: Object<string, string>, requirements: Verdict[], poses: number[][]|null,
+ *   frames?: Object<string, number[]>,
  *   flow: string[]}} Moment The answer to `look`.
  * @typedef {{text: string, depth: number, truth: boolean|null, place: string|null,
  *   role: "state"|"row"|"condition"|"reason"|"read"|"sent"|"past"|"fault",

@@ -12,7 +12,7 @@ let rows = [];
 function build() {
   rows = page.hello.requirements.map((requirement) => {
     const sign = html("span", { class: "sign", "aria-hidden": "true" });
-    const verdict = html("b", { class: "verdict" });
+    const verdict = html("button", { type: "button", class: "verdict" });
     const margin = html("span", { class: "margin" });
     const element = html(
       "article",
@@ -42,6 +42,9 @@ function show() {
     const at_s = found.time_s ?? null;
     const is_dated = found.verdict === "violated" && at_s !== null;
     setText(verdict, WORDS[found.verdict] + (is_dated ? ` at ${seconds(at_s, page.digits)}` : ""));
+    verdict.disabled = !is_dated;
+    verdict.title = is_dated ? "Look at this time" : "";
+    verdict.onclick = () => page.look(at_s);
     setText(margin, found.margin === null ? "" : `margin ${number(found.margin)}`);
   });
   const words = violated ? `${violated} of ${rows.length} violated` : "";

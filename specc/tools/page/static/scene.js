@@ -8,6 +8,7 @@ import {
   along,
   checkedPose,
   composePose,
+  difference,
   IDENTITY_POSE,
   lookAt,
   multiplied,
@@ -18,7 +19,7 @@ import { control, Orbit, scrolls } from "./orbit.js";
 import { lightMatrix, Painter } from "./painter.js";
 import { makers, partsOf } from "./parts.js";
 
-export { composePose, poseOfMatrix } from "./geometry.js";
+export { composePose } from "./geometry.js";
 
 const PERIOD_MS = 50;
 const SLOW_MS = 40;
@@ -221,6 +222,13 @@ class Scene {
     this.shownFrames = shown
       .map(({ name, pose }) => ({ name: String(name), pose: checkedPose(pose) }))
       .filter(({ pose }) => pose !== null);
+    const isSame = (label, n) => label.textContent === this.shownFrames[n]?.name;
+    const labels = [...this.labels.children];
+    if (labels.length !== this.shownFrames.length || !labels.every(isSame)) this.addLabels();
+    this.changed();
+  }
+
+  addLabels() {
     this.labels.replaceChildren(
       ...this.shownFrames.map(({ name }) => {
         const label = document.createElement("span");
@@ -230,7 +238,6 @@ class Scene {
         return label;
       }),
     );
-    this.changed();
   }
 
   setTheme(dark) {
@@ -349,10 +356,11 @@ class Scene {
   }
 
   drawnPart(part) {
-    const { solid, scale, colour, texture, uploaded, isFloor, ball } = part;
+    const { scale, colour, texture, uploaded, isFloor, ball } = part;
     const pose = composePose(this.places.get(part.body) ?? IDENTITY_POSE, part.pose);
     const middle = composePose(pose, [...ball.centre, 1, 0, 0, 0]).slice(0, 3);
-    return { solid: uploaded, kind: solid, pose, scale, colour, texture, isFloor, middle, radius: ball.radius };
+    const { radius } = ball;
+    return { solid: uploaded, pose, scale, colour, texture, isFloor, middle, radius };
   }
 
   /** A ball around all parts but floors. */
@@ -370,7 +378,10 @@ class Scene {
     if (!counted.length) return { centre: [0, 0, 0], radius: 1, low: [0, 0, 0] };
     const centre = low.map((value, axis) => (value + high[axis]) / 2);
     const corner = Math.hypot(...high.map((value, axis) => value - centre[axis]));
-    const farthest = Math.max(...counted.map(({ middle, radius }) => radius + Math.hypot(...middle.map((value, axis) => value - centre[axis]))));
+    const farthest = counted.reduce(
+      (most, part) => Math.max(most, part.radius + Math.hypot(...difference(part.middle, centre))),
+      0,
+    );
     return { centre, radius: Math.max(0.01, Math.min(corner, farthest)), low };
   }
 
@@ -417,7 +428,7 @@ class Scene {
   }
 }
 
-/** Where the grid is (above the floor, as little as can be told), its reach and the size of a cell. */
+/** Where the grid is (a little above the floor), its reach and the size of a cell. */
 function groundOf(drawn, bounds, distance) {
   const floors = drawn.filter((part) => part.isFloor && Math.abs(part.pose[3]) > 0.9999);
   floors.sort((a, b) => b.scale[0] * b.scale[1] - a.scale[0] * a.scale[1]);

@@ -41,7 +41,7 @@ function keep() {
 }
 
 function tellServer() {
-  page.watching = { ...page.watching, signals: [...cards.keys()] };
+  page.watching = { ...page.watching, signals: all.open ? null : [...cards.keys()] };
   page.send({ type: "watch", ...page.watching, machine: page.machine });
 }
 
@@ -70,7 +70,8 @@ function cardOf(signal) {
   const name = html("span", { class: "name", title: signal.title }, ...dotted(signal.name));
   const title = html("span", { class: "title" }, signal.title);
   const head = html("div", { class: "head" }, name, title, value, remove);
-  const element = html("article", { class: "signal", "aria-label": signal.name }, head, pictures);
+  const look = signal.components.length > 3 ? "signal long" : "signal";
+  const element = html("article", { class: look, "aria-label": signal.name }, head, pictures);
   return { signal, element, value, pictures, question: new Question("series"), series: null };
 }
 
@@ -222,11 +223,17 @@ field.addEventListener("keydown", onKey);
 const table = html("table", {}, html("tbody"));
 const all = html(
   "details",
-  { class: "all", ontoggle: () => showAll() },
+  { class: "all", ontoggle: onAll },
   html("summary", {}, "All values"),
   table,
 );
 let cells = new Map();
+
+function onAll() {
+  tellServer();
+  askValues();
+  showAll();
+}
 
 function showAll() {
   if (!all.open) {

@@ -77,6 +77,7 @@ export const page = {
   clients: 1,
   connected: false,
   playing: false,
+  stepping: false,
   digits: 2,
   send: () => {},
 
@@ -114,7 +115,9 @@ export const page = {
     const at_s = time_s === null ? null : Math.max(begin_s, Math.min(this.end_s, time_s));
     this.cursor = at_s;
     looking.ask({ time_s: at_s });
+    showSpans();
     emit("cursor");
+    emit("shown");
   },
 
   choose(machine) {
@@ -146,6 +149,21 @@ export function spanAt(machine, time_s) {
   return spans[low - 1] ?? null;
 }
 
+/** Show the states at the cursor that the spans have; the answer of the server says more. */
+function showSpans() {
+  const { shown, time_s } = page;
+  shown.time_s = time_s;
+  for (const machine of Object.keys(page.spans)) {
+    const span = spanAt(machine, time_s);
+    const before = shown.states[machine];
+    if (!span) {
+      delete shown.states[machine];
+    } else if (before?.state !== span[2] || !(before.since_s >= span[0] && before.since_s <= time_s)) {
+      shown.states[machine] = { state: span[2], since_s: span[0], row: "" };
+    }
+  }
+}
+
 /** Ask for the values of now; a page that follows gets states by themselves. */
 export function askValues() {
   looking.ask({ time_s: page.cursor });
@@ -158,6 +176,7 @@ function takeHello(message) {
   page.now = null;
   page.cursor = null;
   page.playing = false;
+  page.stepping = false;
   page.spans = {};
   page.marks = [];
   page.shown = { time_s: message.begin_s, states: {}, values: {}, requirements: [], poses: null };
@@ -176,7 +195,7 @@ function takeNow(message) {
     return;
   }
   const { time_s, states, flow, poses, requirements, values } = message;
-  Object.assign(page.shown, { time_s, states, flow, poses });
+  Object.assign(page.shown, { time_s, states: { ...states }, flow, poses });
   page.shown.requirements = requirements ?? page.shown.requirements;
   page.shown.values = values ?? page.shown.values;
 }
@@ -187,6 +206,7 @@ function takeMoment(message) {
   }
   if (page.cursor === null) {
     page.shown.values = message.values;
+    page.shown.frames = message.frames;
     page.shown.requirements = message.requirements ?? page.shown.requirements;
   } else {
     Object.assign(page.shown, message);

@@ -1,6 +1,6 @@
 /** The timeline: a band for each machine, marks, and the slider exactly under the bands. */
 
-import { button, byId, hover, html, seconds, setText, svg } from "./dom.js";
+import { button, byId, hover, html, icon, seconds, setText, svg } from "./dom.js";
 import { stateWords } from "./machine.js";
 import { say } from "./notices.js";
 import { on, page, spanAt } from "./state.js";
@@ -43,17 +43,17 @@ const slider = html("input", {
 const tools = html("div", { class: "tools", role: "toolbar", "aria-label": "Jumps and zoom" });
 byId("timeline").append(axis, scroll, html("div", { class: "under" }, tools, slider));
 
-function addTool(text, title, action) {
-  tools.append(button(text, title, action, { "aria-label": title }));
+function addTool(d, title, action) {
+  tools.append(button(icon(d), title, action, { "aria-label": title }));
 }
 
-addTool("⏮", "Previous fault or violation (Shift ←)", () => jumpMark(-1));
-addTool("◂", "Previous transition of the machine (←)", () => jumpTransition(-1));
-addTool("▸", "Next transition of the machine (→)", () => jumpTransition(1));
-addTool("⏭", "Next fault or violation (Shift →)", () => jumpMark(1));
-addTool("−", "Zoom out (−)", () => zoom(2));
-addTool("+", "Zoom in (+)", () => zoom(0.5));
-addTool("⤢", "All of the run (0)", showAll);
+addTool("M4 3V13M13 3L6 8L13 13Z", "Previous fault or violation (Shift ←)", () => jumpMark(-1));
+addTool("M11 3L5 8L11 13", "Previous transition of the machine (←)", () => jumpTransition(-1));
+addTool("M5 3L11 8L5 13", "Next transition of the machine (→)", () => jumpTransition(1));
+addTool("M12 3V13M3 3L10 8L3 13Z", "Next fault or violation (Shift →)", () => jumpMark(1));
+addTool("M3 8H13", "Zoom out (−)", () => zoom(2));
+addTool("M3 8H13M8 3V13", "Zoom in (+)", () => zoom(0.5));
+addTool("M2 3V13M14 3V13M4 8H12M6 6L4 8L6 10M10 6L12 8L10 10", "All of the run (0)", showAll);
 
 // What is seen.
 
@@ -242,6 +242,7 @@ function drawBand(machine, y, place) {
   const spans = page.spans[machine.name] ?? [];
   const current = spanAt(machine.name, page.time_s);
   const errors = new Set(machine.states.filter((one) => one.is_error).map((one) => one.name));
+  const is_chosen = machine.name === page.machine;
   const paths = { plain: "", error: "", same: "", lit: "" };
   const labels = [];
   const [first, after] = range(spans, begin_s, end_s);
@@ -257,20 +258,21 @@ function drawBand(machine, y, place) {
     }
     const gap = until - from > 3 ? 1 : 0;
     const wide = Math.max(is_lit ? 2 : 1, until - from - gap);
-    const look = is_lit ? "lit" : is_error ? "error" : span[2] === current?.[2] ? "same" : "plain";
+    const is_same = is_chosen && span[2] === current?.[2];
+    const look = is_lit ? "lit" : is_error ? "error" : is_same ? "same" : "plain";
     paths[look] += `M${from.toFixed(1)} ${y}h${wide.toFixed(1)}v${height}h${(-wide).toFixed(1)}z`;
     drawn = Math.max(drawn, from + wide);
     const room = Math.floor((wide - 8) / LETTER);
     if (room >= 2) {
       const fits = span[2].length <= room;
       const text = fits ? span[2] : room > 3 ? `${span[2].slice(0, room - 1)}…` : "";
-      labels.push(svg("text", { class: look, x: from + 5, y: y + height - 5 }, text));
+      labels.push(svg("text", { class: look, x: from + 5, y: y + height / 2 + 4 }, text));
     }
   }
   const state = current ? `in ${current[2]} since ${seconds(current[0], page.digits)}` : "no state";
   return svg(
     "g",
-    { class: "band", role: "listitem", "aria-label": `${machine.name} ${state}` },
+    { class: is_chosen ? "band chosen" : "band", role: "listitem", "aria-label": `${machine.name} ${state}` },
     drawName(machine, y, place),
     ...Object.entries(paths)
       .filter(([, d]) => d)
@@ -280,16 +282,10 @@ function drawBand(machine, y, place) {
   );
 }
 
-function drawName(machine, y, { left, height }) {
+function drawName({ name }, y, { left, height }) {
   const room = Math.floor((left - 24) / LETTER);
-  const { name } = machine;
   const text = name.length > room ? `…${name.slice(1 - room)}` : name;
-  const is_chosen = name === page.machine;
-  return svg(
-    "text",
-    { class: is_chosen ? "name chosen" : "name", x: left - 10, y: y + height - 5, "text-anchor": "end" },
-    text,
-  );
+  return svg("text", { class: "name", x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" }, text);
 }
 
 function placeSlider({ left, width, begin_s, end_s }) {

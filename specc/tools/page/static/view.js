@@ -1,53 +1,106 @@
 /** What is seen of the plant: the scene in 3D, or the picture of a camera. */
 
-import { byId, button, html, setText } from "./dom.js";
-import { on, page } from "./state.js";
+import { button, byId, html, setText } from "./dom.js";
+import { FrameChooser } from "./frames.js";
+import { createScene } from "./scene.js";
+import { askValues, on, page } from "./state.js";
 
 const SCENE = "3D";
+const BETWEEN_MS = 100;
+/** Between two questions for poses, while the page follows a run. */
 
-/** The 3D view, once it is loaded; null where there is none. */
+const dark = matchMedia("(prefers-color-scheme: dark)");
+/** The 3D view, once there has been a scene. */
 let scene = null;
+/** @type {FrameChooser|null} */
+let chooser = null;
 let shown = "";
-let drawn = null;
+let drawn = { poses: null, frames: null };
 let address = "";
+let asked_ms = 0;
+let troubles = [];
 
+const view = document.querySelector("#scene .view");
+const select = html("select", {
+  "aria-label": "What is shown",
+  onchange: () => choose(select.value),
+});
+const frames = html("div", { class: "frames-box", id: "frames-box", hidden: true });
+const notice = html("p", { class: "scene-notice", role: "status", hidden: true });
+const toggle = button("Frames", "Show poses as coordinate frames", openFrames, {
+  "aria-expanded": "false",
+  "aria-controls": "frames-box",
+});
+const home = button("⌂", "Back to the first view (Home)", () => scene?.reset(), {
+  "aria-label": "Back to the first view",
+});
+byId("views").prepend(select, toggle, home);
+view.append(frames, notice);
+
+function openFrames() {
+  showFrames(frames.hidden);
+}
+
+function showFrames(is_open) {
+  frames.hidden = !is_open;
+  toggle.setAttribute("aria-expanded", String(is_open));
+}
+
+/** Load the scene of a run; what is to be said instead, if it cannot be shown. */
 async function loadScene() {
-  try {
-    const { createScene } = await import("./scene.js");
-    scene ??= createScene(byId("canvas"));
-  } catch {
-    return "The view in 3D could not be loaded.";
-  }
+  scene ??= createScene(byId("canvas"), { dark: dark.matches, onNotice: (text) => trouble(text) });
   if (!scene.available) {
-    return "This browser has no WebGL, so there is no view in 3D.";
+    return scene.text;
   }
-  const answer = await fetch(page.hello.scene);
-  if (!answer.ok) {
+  const hello = page.hello;
+  const answer = await fetch(hello.scene).catch(() => null);
+  if (page.hello !== hello) {
+    return "";
+  }
+  if (!answer?.ok) {
     return "The scene could not be loaded.";
   }
-  scene.load(await answer.json());
-  drawn = null;
+  troubles = [];
+  notice.hidden = true;
+  try {
+    scene.load(await answer.json(), hello.bodies);
+  } catch {
+    return "The scene cannot be read.";
+  }
+  drawn = { poses: null, frames: null };
   drawScene();
   return "";
 }
 
-function views() {
-  const { scene: url, cameras } = page.hello;
-  return [...(url ? [SCENE] : []), ...cameras];
+/** Say what of a scene cannot be shown. */
+function trouble(text) {
+  if (!troubles.includes(text)) {
+    troubles.push(text);
+  }
+  setText(notice, troubles.slice(0, 4).join(" "));
+  notice.hidden = false;
 }
 
 function choose(name) {
   shown = name;
-  byId("canvas").hidden = name !== SCENE;
-  byId("picture").hidden = name === SCENE || !address;
-  for (const item of byId("views").querySelectorAll("[data-view]")) {
-    item.setAttribute("aria-pressed", String(item.dataset.view === name));
-  }
-  page.watching = {
-    ...page.watching, camera: name === SCENE || !name ? null : name, scene: name === SCENE,
-  };
+  const is_scene = name === SCENE;
+  select.value = name;
+  byId("canvas").hidden = !is_scene;
+  forgetPicture();
+  toggle.hidden = !is_scene || !page.hello.poses.length;
+  home.hidden = !is_scene;
+  showFrames(is_scene && !frames.hidden);
+  tellServer();
+  say(is_scene || !name ? "" : "There is no picture yet.");
+}
+
+function tellServer() {
+  const is_scene = shown === SCENE;
+  const camera = is_scene || !shown ? null : shown;
+  const poses = is_scene ? (chooser?.wanted ?? []) : [];
+  page.watching = { ...page.watching, camera, scene: is_scene, frames: poses };
   page.send({ type: "watch", ...page.watching, machine: page.machine });
-  say("");
+  askValues();
 }
 
 function say(text) {
@@ -56,19 +109,21 @@ function say(text) {
 }
 
 async function build() {
-  const names = views();
+  const { scene: url, cameras, poses, bodies, carriers = {}, system } = page.hello;
+  const names = [...(url ? [SCENE] : []), ...cameras];
   byId("cards").classList.toggle("no-scene", names.length === 0);
   byId("scene").hidden = names.length === 0;
-  const items = names.length < 2 ? [] : names.map((name) =>
-    button(name, `Show ${name}`, () => choose(name), { "data-view": name }));
-  byId("views").querySelectorAll("[data-view]").forEach((item) => item.remove());
-  byId("views").prepend(...items);
-  if (!names.length) {
-    choose("");
-    return;
-  }
-  choose(names.includes(shown) ? shown : names[0]);
-  if (page.hello.scene) {
+  select.hidden = names.length < 2;
+  select.replaceChildren(...names.map((name) => html("option", { value: name }, name)));
+  frames.replaceChildren();
+  const changed = () => {
+    drawn.frames = null;
+    tellServer();
+    drawScene();
+  };
+  chooser = new FrameChooser(frames, { poses, bodies, carriers, system, changed });
+  choose(names.includes(shown) ? shown : (names[0] ?? ""));
+  if (url) {
     const words = await loadScene();
     if (shown === SCENE) {
       byId("canvas").hidden = Boolean(words);
@@ -78,14 +133,33 @@ async function build() {
 }
 
 function drawScene() {
-  const { poses, frames } = page.shown;
-  if (scene?.available && poses && poses !== drawn) {
-    drawn = poses;
-    scene.poses(poses);
-    if (frames) {
-      scene.frames(frames);
-    }
+  const { poses, frames: values } = page.shown;
+  if (!scene?.available || shown !== SCENE) {
+    return;
   }
+  if (poses && poses !== drawn.poses) {
+    scene.poses(poses);
+  }
+  if (poses !== drawn.poses || values !== drawn.frames) {
+    scene.frames(chooser?.frames(values ?? {}, poses) ?? []);
+  }
+  drawn = { poses, frames: values };
+}
+
+/** While the page follows a run, ask for the poses that are drawn. */
+function follow() {
+  const now_ms = performance.now();
+  if (page.cursor === null && page.watching.frames?.length && now_ms - asked_ms > BETWEEN_MS) {
+    asked_ms = now_ms;
+    askValues();
+  }
+}
+
+function forgetPicture() {
+  byId("picture").hidden = true;
+  byId("picture").removeAttribute("src");
+  URL.revokeObjectURL(address);
+  address = "";
 }
 
 /** Show a picture that came from a camera. */
@@ -96,12 +170,23 @@ export function showPicture(blob, { camera, time_s }) {
   const picture = byId("picture");
   const before = address;
   address = URL.createObjectURL(blob);
+  picture.onload = () => URL.revokeObjectURL(before);
+  picture.onerror = () => {
+    forgetPicture();
+    say("This picture cannot be shown.");
+  };
   picture.src = address;
   picture.alt = `Camera ${camera} at ${time_s.toFixed(2)} s`;
   picture.hidden = false;
-  picture.onload = () => URL.revokeObjectURL(before);
+  say("");
 }
 
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    showFrames(false);
+  }
+});
 on("hello", build);
 on("shown", drawScene);
-new ResizeObserver(() => scene?.resize?.()).observe(byId("canvas"));
+on("now", follow);
+dark.addEventListener("change", () => scene?.setTheme(dark.matches));

@@ -99,7 +99,7 @@ function truthMark(truth) {
 /** The parts of a line; its text is the first. */
 function lineOf(line) {
   const text = html("span", { class: "text" });
-  const is_judged = line.truth !== null || (line.role === "condition" && line.depth > 0);
+  const is_judged = line.truth !== null || /: not known$/.test(line.text);
   const is_jump = line.role === "past" && TIME.test(line.text);
   const element = html(
     is_jump ? "button" : "div",
@@ -149,9 +149,16 @@ function group(title, elements) {
   return details;
 }
 
+/** Whether a line says what stands above all lines. */
+function isHead({ role, text }) {
+  return role === "state" && text.startsWith(`${page.machine} at `);
+}
+
 /** @param {import("./protocol.js").Why} message */
 function show(message) {
-  const lines = message.lines.filter((line) => !/^last transitions:$/.test(line.text));
+  const lines = message.lines
+    .map((line) => ({ ...line, text: line.text.trim() }))
+    .filter((line) => line.text !== "last transitions:" && !isHead(line));
   const keys = lines.map((line) => {
     const stop = breakpointOf(line);
     const time = line.role === "past" ? line.text : "";

@@ -1,0 +1,298 @@
+"""A recording as a source of the page: nothing is run, and no file that it names is read.
+
+Each moment is looked up in the file through the runtime's index of it.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+from specc.refusal import Refused
+from specc.tools.page.clients import Picture
+from specc.tools.page.description import AssetShelf, Description
+from specc.tools.page.messages import Message
+from specc.tools.page.moments import flow_of, series_of, states_of, values_of
+from specc.tools.page.server import Asset
+from specc.tools.plot.sheet import Band, merge_short_spans
+from specc.tools.why.lines import Explainer
+
+SeenSteps = Mapping[str, Any]
+"""The last step of each subsystem, each a `recording.moment.Seen` of the runtime."""
+
+_MOST_SPANS = 3000
+"""Of a machine that are shown one by one."""
+_MOST_DECODED = 10_000
+"""Messages of a series; of more, every second one is left out, and so on."""
+_LONGEST_WINDOW_S = 600.0
+_EARLIER_S = 1e-6
+_NOWHERE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+_NOTHING: Message = {"t": [], "lines": [], "words": []}
+
+
+class Content(Protocol):
+    """What is in the messages: as the specification says, or as it is there."""
+
+    def message(self) -> Message:
+        """What `hello` says of the specification."""
+
+    def values(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, str]:
+        """The texts of these signals, or of all."""
+
+    def flow(self, steps: SeenSteps) -> list[str]:
+        """The arcs on which something went."""
+
+    def owner(self, name: str) -> str:
+        """The subsystem of a signal, or `plant`; empty if there is no such signal."""
+
+    def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
+        """`t`, `lines` and `words`; the points are times and messages of the owner."""
+
+    def why(self, one: Any) -> list[Message]:
+        """The lines of `why` for the last step of a subsystem."""
+
+
+class SpecifiedContent:
+    """What is in the messages, as a specification says."""
+
+    def __init__(self, description: Description, explainer: Explainer) -> None:
+        self._description, self._explainer = description, explainer
+
+    def message(self) -> Message:
+        """See `Content`."""
+        return self._description.message
+
+    def values(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, str]:
+        """See `Content`."""
+        return values_of(self._description, steps, plant, names)
+
+    def flow(self, steps: SeenSteps) -> list[str]:
+        """See `Content`."""
+        return flow_of(self._description, steps)
+
+    def owner(self, name: str) -> str:
+        """See `Content`."""
+        if name in self._description.subsystems:
+            return name
+        signal = self._description.signals.get(name)
+        return signal.owner if signal else ""
+
+    def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
+        """See `Content`."""
+        return series_of(self._description, name, points)
+
+    def why(self, one: Any) -> list[Message]:
+        """See `Content`."""
+        if one.name not in self._description.subsystems:
+            return [line_of(f"the specification has no subsystem {one.name}")]
+        lines = self._explainer.lines(one)
+        return [line_of(*_fields(line)) for line in lines]
+
+
+def _fields(line: Any) -> tuple[str, int, str, bool | None, str]:
+    return line.text, line.depth, line.role, line.truth, line.place
+
+
+def line_of(
+    text: str, depth: int = 0, role: str = "reason", truth: bool | None = None, place: str = ""
+) -> Message:
+    """A line of `why`."""
+    return {"text": text, "depth": depth, "role": role, "truth": truth, "place": place or None}
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A file that is open: its `recording.index.Index`, and the metadata of the run.
+
+    `call` calls a function of a module of the runtime, and raises Refused. `notices` are what is to
+    be said of the file. `spec` is the user's specification, empty if there is none.
+    """
+
+    index: Any
+    about: Mapping[str, str]
+    call: Callable[..., Any]
+    notices: Sequence[str] = ()
+    spec: str = ""
+
+    def ask(self, question: str, *arguments: Any) -> Any:
+        """What the file says of it; None where its messages are not those of a run."""
+        try:
+            return self.call("recording.queries", question, self.index, *arguments)
+        except Refused:
+            return None
+
+    def steps(self, time_s: float, only: str = "") -> dict[str, Any]:
+        """The last step of each subsystem until then. Raises Refused."""
+        seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
+        return {one.name: one for one in seen}
+
+
+class RecordedRun:
+    """A recording, as a source of the page."""
+
+    def __init__(self, recording: Recording, content: Content, assets: AssetShelf) -> None:
+        self._recording, self._content, self._assets = recording, content, assets
+        index = recording.index
+        self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
+        self._scene = assets.add(self._shapes) if recording.ask("shapes_of") else None
+
+    # All of the run.
+
+    def hello(self) -> Message:
+        """See `Source`."""
+        recording = self._recording
+        paced = recording.call("recording.messages", "followed_the_clock", recording.about)
+        never = dict.fromkeys(("pause", "step", "speed", "break", "live", "panel", "set"), False)
+        return {
+            **self._content.message(),
+            "source": "file",
+            "file": recording.index.path.name,
+            "seed": recording.about.get("seed"),
+            "real_time": bool(paced),
+            "begin_s": self._begin_s,
+            "end_s": self._end_s,
+            "duration_s": None,
+            "notice": list(recording.notices),
+            "cameras": list(self._cameras),
+            "bodies": self._bodies,
+            "scene": self._scene,
+            "live": [],
+            "panel": [],
+            "can": {**never, "restart": bool(recording.spec)},
+        }
+
+    def spans(self) -> Message:
+        """See `Source`."""
+        return self._spans
+
+    @cached_property
+    def _spans(self) -> dict[str, list[tuple[float, float, str]]]:
+        index = self._recording.index
+        texts, length_s = index.names.texts, self._end_s - self._begin_s or 1.0
+        found = {}
+        for name, changes in index.machines.items():
+            spans = [(begin, end, texts[state]) for begin, end, state in changes.spans(self._end_s)]
+            if len(spans) > _MOST_SPANS:
+                spans = list(merge_short_spans(Band(name, tuple(spans), ()), length_s))
+            found[name] = spans
+        return found
+
+    def marks(self) -> list[Message]:
+        """See `Source`."""
+        return self._marks
+
+    @cached_property
+    def _marks(self) -> list[Message]:
+        return list(self._recording.ask("marks") or ())
+
+    # A moment.
+
+    def now(self) -> Message:
+        """See `Source`."""
+        return self._last
+
+    @cached_property
+    def _last(self) -> Message:
+        return {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
+
+    def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
+        """See `Source`."""
+        at_s = self._inside(time_s)
+        try:
+            steps = self._recording.steps(at_s)
+            states = states_of(steps)
+        except Refused:  # a message of a stranger; changes are known all the same
+            steps, states = {}, self._states_at(at_s)
+        plant = self._recording.ask("observed_at", at_s) or {}
+        return {
+            "time_s": at_s,
+            "states": states,
+            "values": self._content.values(steps, plant, signals),
+            "requirements": self._recording.ask("requirements_at", at_s) or [],
+            "poses": self._poses_at(at_s),
+            "flow": self._content.flow(steps),
+        }
+
+    def _inside(self, time_s: float | None) -> float:
+        return self._end_s if time_s is None else max(self._begin_s, min(time_s, self._end_s))
+
+    def _states_at(self, time_s: float) -> dict[str, Message]:
+        """The states of machines, without what messages say."""
+        found: dict[str, Message] = {}
+        for name, spans in self._spans.items():
+            before = [span for span in spans if span[0] <= time_s + _EARLIER_S]
+            if before:
+                found[name] = {"state": before[-1][2], "since_s": before[-1][0], "row": ""}
+        return found
+
+    def why(self, machine: str, time_s: float | None) -> Message:
+        """See `Source`."""
+        at_s = self._inside(time_s)
+        try:
+            one = self._recording.steps(at_s, machine).get(machine)
+            lines = self._content.why(one) if one is not None else []
+        except Refused as refused:
+            lines = [line_of(str(refused))]
+        return {"machine": machine, "time_s": at_s, "lines": lines}
+
+    def series(self, name: str, time_s: float | None, window_s: float) -> Message:
+        """See `Source`."""
+        window_s = min(window_s, _LONGEST_WINDOW_S)
+        end_s = self._end_s if time_s is None else time_s + window_s / 2
+        begin_s, owner = end_s - window_s, self._content.owner(name)
+        points = self._recording.ask("window", owner, begin_s, end_s, _MOST_DECODED)
+        found = self._content.series(name, points) if points else _NOTHING
+        return {"name": name, "begin_s": begin_s, "end_s": end_s, **found}
+
+    # Scene and pictures.
+
+    @cached_property
+    def _bodies(self) -> list[str]:
+        every = (self._recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
+        return list(next(filter(None, every), ()))
+
+    def _poses_at(self, time_s: float) -> list[list[float]] | None:
+        poses = self._recording.ask("poses_at", time_s)
+        return [poses.get(name, _NOWHERE) for name in self._bodies] if poses else None
+
+    def _shapes(self) -> Asset | None:
+        """The bodies of the scene, as they are in the file."""
+        text = self._recording.ask("shapes_of")
+        return Asset("application/json", text) if text else None
+
+    @cached_property
+    def _cameras(self) -> Mapping[str, str]:
+        """The topics of pictures, by the names of the elements."""
+        return dict(self._recording.ask("pictured"))
+
+    def asset(self, number: int) -> Asset | None:
+        """See `Source`."""
+        return self._assets.get(number)
+
+    def picture(self, camera: str, time_s: float | None) -> Picture | None:
+        """See `Source`."""
+        if (topic := self._cameras.get(camera)) is None:
+            return None
+        found = self._recording.ask("picture_at", topic, self._inside(time_s))
+        return Picture(camera, *found) if found else None
+
+    def command(self, message: Message) -> str:
+        """See `Source`."""
+        spec = self._recording.spec
+        if message["type"] == "watch":
+            return ""
+        if message["type"] != "restart":
+            return "a recording cannot do that; nothing runs"
+        if not spec:
+            return "name your specification to start again: specc view FILE.mcap --spec SPEC"
+        at = f"{self._recording.index.path}@{self._inside(message.get('from_s')):.12g}"
+        values = [f"--set={name}={text}" for name, text in (message.get("set") or {}).items()]
+        words = shlex.join(["specc", "run", spec, "--from", at, "--ui", *values])
+        return f"start it in a terminal: {words}"

@@ -1,0 +1,208 @@
+"""What a user sees and does in the page of a run, in a browser."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+
+from tests.commands import specc
+from tests.page.browser import Browser, Page
+from tests.page.looks import FAINT, OUTSIDE, SIDEWAYS
+from tests.page.runs import END_S, LIT, STATUS, TIME, PageRun, page_run, wait_paused
+
+GATE = "specs/conveyor_gate.yaml"
+MACHINE = "gate.c"
+PERIOD_S = 0.05
+HOSTILE = "<img src=x onerror=evil()></text></svg><script>evil()</script>"
+
+
+def report_of(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def repeatable(report: dict[str, Any]) -> dict[str, Any]:
+    """What two runs have in common: all but wall times and memory."""
+    machines = {
+        name: {key: value for key, value in one.items() if key != "mean_step_us"}
+        for name, one in report["subsystems"].items()
+    }
+    rest = {key: report[key] for key in ("simulated_s", "cycles", "records_sha256", "requirements")}
+    return rest | {"subsystems": machines}
+
+
+def stop_s(folder: Path, state: str) -> float:
+    """When `--stop-when` stops the run at a state of the gate."""
+    path = folder / "stopped.json"
+    formula = f"state({MACHINE}) == {state}"
+    assert specc("run", GATE, "--stop-when", formula, "--report", path).returncode == 0
+    return round(report_of(path)["simulated_s"], 6)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The report of the run without a page."""
+    path = tmp_path_factory.mktemp("alone") / "report.json"
+    assert specc("run", GATE, "--report", path).returncode == 0
+    return report_of(path)
+
+
+# One run from its beginning to its end, with all kinds of clients.
+
+
+def test_a_run_is_the_same_whoever_looks_and_stops_it(
+    browser: Browser, page: Page, alone: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "report.json"
+    with page_run(tmp_path, "run", GATE, "--ui", "--speed", 0.2, "--report", path) as run:
+        page.size(1600, 1000)
+        page.open(run.url)
+        page.wait_for(f"{LIT}.includes('closed')")
+        with run.deaf_client(), browser.page() as other:
+            other.open(run.url)
+            _stop(page, tmp_path)
+            other.wait_for(f"{LIT}.includes('closing')")
+            assert other.evaluate("document.getElementById('take').hidden") is False
+            assert [page.errors(), other.errors()] == [[], []]
+            hosts = {url.split("/")[2] for url in page.requests() + other.requests()}
+            assert hosts == {f"127.0.0.1:{run.port}"}
+            page.click("#pause")
+            browser.stop()
+            _wait_for_file(path)
+            browser.resume()
+        page.wait_for(f"{STATUS} == 'ended'")
+        assert f"records {alone['records_sha256']}" in run.end()
+    assert repeatable(report_of(path)) == repeatable(alone)
+
+
+def _stop(page: Page, folder: Path) -> None:
+    """Stop at a row and at a state, step, and stop at a condition."""
+    click = "dispatchEvent(new Event('click'))"  # the middle of an arc may be beside it
+    page.evaluate(f"document.querySelector('#states [id$=-r-1]').{click}")
+    page.wait_for("document.querySelector('#states .row.breakpoint')")
+    page.click("#states [id$=-s-passing]")
+    page.wait_for("document.querySelector('#states .state.breakpoint')")
+    page.evaluate("document.getElementById('speed').value = 'max'")
+    page.evaluate("document.getElementById('speed').dispatchEvent(new Event('change'))")
+    assert wait_paused(page, "opening") == stop_s(folder, "opening")
+    page.click("#pause")
+    time_s = wait_paused(page, "passing")
+    assert time_s == stop_s(folder, "passing")
+    page.click("#step")
+    page.wait_for(f"{TIME} > {time_s}")
+    assert wait_paused(page, "passing") == pytest.approx(time_s + PERIOD_S)
+    page.click("[aria-label='Stop when: parcel_gone decides in gate.c']")
+    page.wait_for("document.getElementById('breaks').textContent == 'Breakpoints 3'")
+    page.click("#pause")
+    assert wait_paused(page, "closing") == stop_s(folder, "closing")
+
+
+def _wait_for_file(path: Path) -> None:
+    end = time.monotonic() + END_S
+    while not path.is_file():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+# A run that has been stopped, with a title of a stranger.
+
+
+@pytest.fixture(scope="module")
+def stopped(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRun]:
+    folder = tmp_path_factory.mktemp("stopped")
+    (folder / "plants").mkdir()
+    shutil.copy("specs/plants/conveyor_gate.xml", folder / "plants")
+    text = Path(GATE).read_text(encoding="utf-8")
+    for title in ("Conveyor with a gate", "Belt drive", "the barrier moves up"):
+        assert title in text
+        text = text.replace(title, f"{title} {HOSTILE}", 1)
+    (folder / "gate.yaml").write_text(text, encoding="utf-8")
+    with page_run(folder, "run", folder / "gate.yaml", "--ui", "--speed", 0.5) as run:
+        with browser.page() as page:
+            page.open(run.url)
+            page.wait_for(f"{LIT} == 'halting'", END_S)
+            page.click("#pause")
+            wait_paused(page, "halting")
+        yield run
+
+
+def open_stopped(page: Page, run: PageRun) -> None:
+    page.open(run.url)
+    page.wait_for(f"{LIT} == 'halting'")
+    page.wait_for("document.querySelector('#parts .node') && document.querySelector('.line')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everything_is_legible_on_screens_of_three_widths(
+    scheme: Literal["light", "dark"], page: Page, stopped: PageRun
+) -> None:
+    page.media(scheme)
+    page.size(1600, 1000)
+    open_stopped(page, stopped)
+    for width in (1600, 1000, 390):
+        page.size(width, 900)
+        page.wait_for(f"{SIDEWAYS} <= 0")
+        for measure in (OUTSIDE, FAINT):
+            count, found = page.evaluate(measure)
+            assert count > 9 and found == [], width
+
+
+def test_titles_of_strangers_are_texts(page: Page, stopped: PageRun) -> None:
+    open_stopped(page, stopped)
+    assert page.evaluate("document.getElementById('title').textContent").endswith(HOSTILE)
+    assert page.evaluate("document.querySelectorAll('main img:not(#picture)').length") == 0
+    assert page.evaluate("document.querySelectorAll('body script').length") == 0
+    assert page.errors() == []
+
+
+def test_the_keyboard_is_enough(page: Page, stopped: PageRun) -> None:
+    page.media(reduced_motion=True)
+    open_stopped(page, stopped)
+    page.evaluate("document.getElementById('take').click()")
+    page.wait_for("document.getElementById('take').hidden")
+    for _ in range(60):
+        page.key("Tab")
+        focused = page.evaluate("document.activeElement.getAttribute('aria-label') ?? ''")
+        if focused.startswith("state passing"):
+            break
+    assert focused == "state passing"
+    page.key("Enter")
+    page.wait_for("document.activeElement.getAttribute('aria-label').endsWith('breakpoint')")
+    assert page.evaluate("document.activeElement.getAttribute('aria-pressed')") == "true"
+    page.key(" ")
+    page.wait_for(f"{STATUS}.startsWith('running')")
+    page.key(" ")
+    page.wait_for(f"{STATUS} == 'paused'")
+    roles = page.roles()
+    assert ("button", "state passing, breakpoint") in roles
+    assert {("toolbar", "Control of the run"), ("tablist", "Machines")} <= roles
+    page.evaluate("document.querySelector('#states .row').classList.add('flash')")
+    assert page.evaluate("document.getAnimations().length") == 0
+
+
+def test_strangers_get_nothing(stopped: PageRun) -> None:
+    own = f"http://127.0.0.1:{stopped.port}"
+    socket = {
+        "Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13",
+        "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
+    }  # fmt: skip
+    answers = {
+        "200": [stopped.answer("/"), stopped.answer("/asset/0")],
+        "101": [stopped.answer("/ws", Origin=own, **socket)],
+        "403": [
+            stopped.answer("/", Cookie=""),
+            stopped.answer("/?token=guessed", Cookie=""),
+            stopped.answer("/", Host="evil.example"),
+            stopped.answer("/ws", **socket),
+            stopped.answer("/ws", Origin="http://evil.example", **socket),
+            stopped.answer("/ws", Origin=own, Cookie="", **socket),
+        ],
+        "404": [stopped.answer("/../server.py"), stopped.answer("/static/%2e%2e/server.py")],
+    }
+    assert {status: {*got} for status, got in answers.items()} == {s: {s} for s in answers}

@@ -1,0 +1,160 @@
+"""A page starts a run again: from its beginning, from a moment, and with other constants."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Thread
+from typing import Any
+
+import pytest
+from specc_runtime.page.page import Page
+
+from specc.cli import run as command
+from specc.cli.arguments import parser
+from specc.cli.page import PageRuns
+from tests.commands import ROOT
+from tests.page.fake_server import GATE, FakeServer
+from tests.recording.runs import report_of
+
+TELEOPERATION = ROOT / "specs/architectures/teleoperation.yaml"
+
+
+class Runs(PageRuns):
+    """The runs of a command whose server is the test."""
+
+    server: FakeServer
+
+    def _serve(self) -> None:
+        ours, theirs = socket.socketpair()
+        self.server = FakeServer(theirs)
+        self.server.send("watch", clients=1, scene=False)
+        self._page = Page(ours.detach(), None)
+
+
+class Asked:
+    """`specc run` in a thread, with what came of it."""
+
+    def __init__(self, spec: Path, folder: Path, *options: object) -> None:
+        words = ["run", str(spec), "--ui", *map(str, options)]
+        self._options: Namespace = parser().parse_args(words)
+        self.runs = Runs(self._options, folder)
+        self.code = -1
+        self.thread = Thread(target=self._run)
+
+    def _run(self) -> None:
+        with self.runs:
+            self.code = self.runs.all(lambda chosen: command._run(chosen, self.runs))
+
+    @property
+    def server(self) -> FakeServer:
+        until_s = time.monotonic() + 20
+        while not hasattr(self.runs, "server"):
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+        return self.runs.server
+
+    def ended(self, number: int) -> dict[str, Any]:
+        """The message of the end of a run, the first of which is number 1."""
+        until_s = time.monotonic() + 30
+        while len(self.server.of("end")) < number:
+            assert time.monotonic() < until_s, self.server.of("refused")
+            time.sleep(0.01)
+        return self.server.of("end")[number - 1]
+
+
+@contextmanager
+def asked(spec: Path, *options: object) -> Iterator[Asked]:
+    with TemporaryDirectory() as folder:
+        run = Asked(spec, Path(folder), *options)
+        run.thread.start()
+        try:
+            yield run
+        finally:
+            run.server.send("quit")
+            run.thread.join(30)
+            assert not run.thread.is_alive()
+
+
+def digest(file: Path) -> str:
+    return str(json.loads(file.read_text())["records_sha256"])
+
+
+@pytest.mark.parametrize("spec", [GATE, TELEOPERATION], ids=lambda spec: spec.stem)
+def test_a_run_that_was_started_again_ends_like_the_first(spec: Path, tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
+    with asked(spec, "--duration", 5, "--report", report) as run:
+        run.ended(1)
+        first = report_of(report)
+        for number, from_s in enumerate((None, 2.3, 4.5, 1.2), 2):
+            run.server.send("restart", from_s=from_s, set={})
+            assert run.ended(number)["ended"] == "completed"
+            again = report_of(report)
+            assert again["records_sha256"] == first["records_sha256"]
+            assert again["requirements"] == first["requirements"]
+            begin = run.server.of("begin")[number - 1]
+            assert begin["begin_s"] <= (from_s or 0.0)
+            assert (begin["begin_s"] > 0.0) == (from_s is not None)
+    assert run.server.of("refused") == []
+
+
+def test_a_restart_ends_the_present_run(tmp_path: Path) -> None:
+    with asked(GATE, "--duration", 2000, "--report", tmp_path / "report.json") as run:
+        state = run.server.wait("state", lambda state: state["time_s"] > 3.0)
+        run.server.send("pause")
+        run.server.paused()
+        run.server.send("restart", from_s=2.0, set={"patience": "3[s]"})
+        run.server.wait("begin", lambda begin: begin["set"])
+        begin = run.server.of("begin")[-1]
+        assert (begin["set"], begin["begin_s"]) == ({"patience": "3[s]"}, 2.0)
+        later = run.server.wait("state", lambda s: s["time_s"] > state["time_s"] + 5, after=50)
+        assert later["status"] == "running"
+
+
+def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
+    with asked(GATE, "--duration", 3) as run:
+        run.ended(1)
+        for text in ("3[kg]", "very much", ""):
+            before = len(run.server.of("refused"))
+            run.server.send("set", name="patience", value=text)
+            until_s = time.monotonic() + 20
+            while len(run.server.of("refused")) == before:
+                assert time.monotonic() < until_s
+                time.sleep(0.01)
+        run.server.send("restart", from_s=None, set={"no_such": "1"})
+        run.server.wait("refused", lambda refused: "no_such" in refused["text"])
+        run.server.send("restart", from_s=1.0, set={"patience": "4[s]"})
+        run.ended(2)
+        assert run.server.of("begin")[-1]["set"] == {"patience": "4[s]"}
+
+
+def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    with asked(GATE, "--duration", 4, "--record", file) as run:
+        run.ended(1)
+        bytes_before = file.read_bytes()
+        run.server.send("restart", from_s=2.0, set={})
+        run.ended(2)
+    assert file.read_bytes() == bytes_before
+    assert (tmp_path / "run-2.mcap").exists()
+
+
+def test_ui_may_stand_before_the_specification() -> None:
+    for words, port in ((["--ui", "a.yaml"], 0), (["a.yaml", "--ui=8080"], 8080)):
+        assert parser().parse_args(["run", *words]).ui == port
+    assert parser().parse_args(["run", "a.yaml"]).ui is None
+
+
+@pytest.mark.parametrize("port", ["-1", "65536", "x", ""])
+def test_a_port_is_a_number(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(["run", "a.yaml", f"--ui={port}"])
+    assert "--ui: " in capsys.readouterr().err
+    assert sys.exc_info() == (None, None, None)
