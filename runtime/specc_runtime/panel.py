@@ -106,6 +106,8 @@ class Panel:
         self.values: dict[str, PanelValue] = {
             name: element.initial for name, element in self.elements.items()
         }
+        self.wanted = dict(self.values)
+        """What was asked for last, which may not be so yet."""
         self._clock = clock
         self._changes = Changes[Operation]()
         self._lock = Lock()
@@ -124,7 +126,8 @@ class Panel:
         element = self._element(name)
         if element.hold and by in (PAGE, KEYS):
             raise ValueError(f"{name} has to be held")
-        self._changes.ask(Operation(tick, name, element.checked(value), by))
+        self.wanted[name] = checked = element.checked(value)
+        self._changes.ask(Operation(tick, name, checked, by))
 
     def hold(self, name: str) -> None:
         """A sign of life of a button that is held in the page, which presses it if it is not.
@@ -206,6 +209,7 @@ class Panel:
         for operation in operations:
             with suppress(ValueError):  # of another specification
                 value = self._element(operation.element).checked(operation.value)
+                self.wanted[operation.element] = value
                 self._changes.ask(replace(operation, value=value))
                 last[operation.element] = operation
         for name, operation in last.items():
@@ -228,6 +232,7 @@ class Panel:
                 self.values[name] = value if value is element.initial else element.checked(value)
             except ValueError as error:
                 lost.append(str(error))
+        self.wanted |= self.values
         self.operations[:] = [operation_of(each) for each in saved["operations"]]
         last = {operation.element: operation for operation in self.operations}
         held = {n for n, each in last.items() if each.by == TASK and each.value is True}

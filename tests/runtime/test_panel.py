@@ -24,7 +24,8 @@ from specc_runtime.session import Session
 from specc_runtime.timing import RealTime
 
 from tests.recording.runs import messages
-from tests.runtime.desk import ENABLE, MODE, READER, SPEC, START, STOP, N, V, desk
+from tests.runtime.apart import built
+from tests.runtime.desk import ENABLE, MODE, READER, SPEC, START, STOP, N, V
 from tests.seeds import blocks
 
 Operated = Sequence[tuple[float, str, Any]]
@@ -46,7 +47,7 @@ class HandClock:
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return desk(tmp_path_factory.mktemp("desk"))
+    return built(tmp_path_factory.mktemp("desk"), SPEC)
 
 
 class Run:
