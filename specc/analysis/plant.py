@@ -19,7 +19,6 @@ from specc.read import AllowedPaths
 
 
 PlantKind = Literal["model", "python", "ros2", ""]
-Source = Literal[PlantKind, "panel"]
 POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 
 
@@ -34,7 +33,7 @@ class BoundElement:
     binding: Binding
     element: Element
     is_commanded: bool
-    plant: Source
+    plant: PlantKind | Literal["panel"]
 
     @property
     def is_pose(self) -> bool:
@@ -76,8 +75,8 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
     known = grouped(((name, e.name), (e, commanded)) for name, e, commanded in bindable(system))
     for binding in system.plant.bindings if system.plant else ():
         for element, commanded in known.get((binding.device, binding.element), ()):
-            source: Source = "panel" if binding.panel else plant_kind(system.plant)
-            yield BoundElement(binding, element, commanded, source)
+            plant = "panel" if binding.panel else plant_kind(system.plant)
+            yield BoundElement(binding, element, commanded, plant)
 
 
 _KEYS = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
