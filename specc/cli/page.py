@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from specc.cli import interruption
-from specc.refusal import Refused
+from specc.refusal import Refused, reason_of
 
 _PATIENCE_S = 2.0
 """Wall time that the server has to end by itself."""
@@ -29,6 +29,7 @@ class PageRuns:
         """`folder` is for what the next run goes on from. Raises Refused."""
         if find_spec("websockets") is None:
             raise Refused(import_module("specc_runtime.extras").lacking("websockets"))
+        _check_free(options.ui)
         if options.speed is None and not options.real_time:
             options.speed = 1.0
         self._first = self._options = options
@@ -131,3 +132,13 @@ class PageRuns:
             if file := getattr(first, name):
                 setattr(again, name, file.with_stem(f"{file.stem}-{self._count + 1}"))
         return again
+
+
+def _check_free(port: int) -> None:
+    """Raises Refused for a port at which there can be no page."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise Refused(f"no page at port {port}: {reason_of(error)}") from error

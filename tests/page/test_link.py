@@ -88,7 +88,8 @@ def test_a_message_that_cannot_be_made_stops_nothing() -> None:
     ends = Ends()
     ends.link.post(lambda: bytes(1 // 0))
     ends.link.show(b"{}")
-    assert ends.other.makefile("rb").readline() == b"{}\n"
+    lines = ends.other.makefile("rb")
+    assert {lines.readline()[:9], lines.readline()[:9]} == {b"{}\n", b'{"kind": '}
     assert "ZeroDivisionError" in ends.link.failure
     ends.link.close()
 

@@ -25,6 +25,7 @@ from tests.page.fake_server import GATE, FakeServer
 from tests.recording.runs import report_of
 from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK
+from tests.runtime.test_live_constants import spec_in
 
 PANEL = """\
 plant:
@@ -189,6 +190,34 @@ def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
         server.send("restart", from_s=5.5, set={})
         run.ended(2)
         assert report_of(report)["records_sha256"] == first["records_sha256"]
+
+
+def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: Path) -> None:
+    spec, report = spec_in(tmp_path), tmp_path / "report.json"
+    with asked(spec, "--duration", 3, "--report", report) as run:
+        server = run.server
+        server.send("speed", value=2.0)
+        begin = server.wait("begin")
+        bounds = {"least": 0.0, "greatest": 2.0, "value": 1.0, "whole": False}
+        assert {"name": "v", "unit": "m/s", **bounds} in begin["live"]
+        server.wait("state", lambda state: state["time_s"] > 0.5)
+        server.send("set", name="v", value=0.5)
+        server.send("set", name="v", value=3)
+        server.wait("refused", lambda refused: "its range is" in refused["text"])
+        server.send("set", name="most", value=1.5)
+        server.wait("refused", lambda refused: "a whole number" in refused["text"])
+        server.wait("state", lambda state: state["live"]["v"] == 0.5)
+        server.send("speed", value=None)
+        run.ended(1)
+        first = report_of(report)
+        changes = [(each["constant"], each["value"], each["by"]) for each in first["changes"]]
+        assert changes == [("v", 0.5, "page")]
+        server.send("restart", from_s=2.5, set={})
+        run.ended(2)
+        assert report_of(report)["records_sha256"] == first["records_sha256"]
+        server.send("set", name="far", value="1[m]")
+        server.wait("begin", lambda begin: begin["set"] == {"far": "1[m]"})
+        run.ended(3)
 
 
 def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:

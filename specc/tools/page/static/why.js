@@ -7,7 +7,8 @@ import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 400;
-/** Between questions while time goes on by itself. */
+const SOON_MS = 100;
+/** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
 const NEED = /, needs |: apart by /;
@@ -25,10 +26,16 @@ let shape = "";
 let texts = [];
 let last_ms = 0;
 let asked = "";
+let asked_since = null;
+
+function sinceWhen() {
+  return page.shown.states[page.machine]?.since_s ?? null;
+}
 
 function ask() {
   last_ms = performance.now();
   asked = `${page.machine} ${page.time_s}`;
+  asked_since = sinceWhen();
   asking.ask({ machine: page.machine, time_s: page.cursor });
 }
 
@@ -37,7 +44,8 @@ const askAtRest = debounce(ask, REST_MS);
 function askInTime() {
   const is_moving = page.cursor === null || page.playing;
   const is_new = asked !== `${page.machine} ${page.time_s}`;
-  if (is_moving && is_new && performance.now() - last_ms > BETWEEN_MS) {
+  const between_ms = asked_since === sinceWhen() ? BETWEEN_MS : SOON_MS;
+  if (is_moving && is_new && performance.now() - last_ms > between_ms) {
     ask();
   }
 }
