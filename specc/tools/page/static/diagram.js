@@ -82,7 +82,7 @@ export class Diagram {
     return [this.svg?.querySelector(`#${name}`), ...others].filter(Boolean);
   }
 
-  /** Scroll to an element, if it is another than the last one and not all of the picture is seen. */
+  /** Scroll to an element, if it is another than the last one. */
   centre(element, is_smooth = !CALM.matches) {
     if (!element || element === this.centred) {
       return;

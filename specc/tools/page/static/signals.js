@@ -21,8 +21,8 @@ let last_ms = 0;
 
 function chosenNames() {
   const known = new Set(page.hello.signals.map((signal) => signal.name));
-  const before = recall(`signals of ${page.hello.system}`, null)?.filter((name) => known.has(name));
-  return before?.length ? before : usual();
+  const before = recall(`signals of ${page.hello.system}`, []).filter((name) => known.has(name));
+  return before.length ? before : usual();
 }
 
 /** What is really so, and inputs of control subsystems, as far as they are numbers. */

@@ -1,4 +1,4 @@
-/** Why the chosen machine is where it is: the words of `specc why`, and what is missing to go on. */
+/** Why the chosen machine is where it is, in the words of `specc why`, and what is missing. */
 
 import { breakpointButton } from "./breakpoints.js";
 import { byId, debounce, html, number, placeOf, seconds, setText } from "./dom.js";
@@ -99,9 +99,15 @@ function breakpointOf(line) {
     : { kind: "condition", machine, condition: name };
 }
 
+const TRUTHS = new Map([
+  [true, ["●", "true"]],
+  [false, ["○", "false"]],
+  [null, ["–", "not known"]],
+]);
+
 function truthMark(truth) {
-  const [sign, words] = truth === null ? ["–", "not known"] : truth ? ["●", "true"] : ["○", "false"];
-  return html("span", { class: `truth is-${words.replace(" ", "-")}`, title: words }, sign);
+  const [sign, words] = TRUTHS.get(truth);
+  return html("span", { class: "truth", title: words, "aria-hidden": "true" }, sign);
 }
 
 /** The parts of a line; its text is the first. */
@@ -112,7 +118,7 @@ function lineOf(line) {
   const element = html(
     is_jump ? "button" : "div",
     {
-      class: `line ${line.role}${is_judged ? " judged" : ""}${ASIDE.test(line.text) ? " aside" : ""}`,
+      class: `line ${line.role}`,
       type: is_jump && "button",
       title: is_jump && "Look at this time",
       onclick: is_jump && (() => page.look(Number(line.text.match(TIME)[1]))),
@@ -125,6 +131,8 @@ function lineOf(line) {
   if (stop) {
     element.append(breakpointButton(stop));
   }
+  element.classList.toggle("judged", is_judged);
+  element.classList.toggle("aside", ASIDE.test(line.text));
   const depth = Math.max(0, Math.min(line.depth, 5) - 1);
   element.classList.add(`depth-${depth}`);
   return [element, text];
