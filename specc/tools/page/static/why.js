@@ -6,7 +6,7 @@ import { stateWords } from "./machine.js";
 import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
-const BETWEEN_MS = 400;
+const BETWEEN_MS = 500;
 const SOON_MS = 100;
 /** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
@@ -42,7 +42,7 @@ function ask() {
 const askAtRest = debounce(ask, REST_MS);
 
 function askInTime() {
-  const is_moving = page.cursor === null || page.playing;
+  const is_moving = (page.cursor === null || page.playing) && !document.hidden;
   const is_new = asked !== `${page.machine} ${page.time_s}`;
   const between_ms = asked_since === sinceWhen() ? BETWEEN_MS : SOON_MS;
   if (is_moving && is_new && performance.now() - last_ms > between_ms) {
