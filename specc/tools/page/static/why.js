@@ -145,8 +145,15 @@ function write(element, line) {
   const time = line.role === "past" && line.text.match(TIME);
   element.replaceChildren(
     ...(time ? [html("span", { class: "at" }, `${time[1]} s`)] : []),
-    value,
+    ...unbroken(value),
     ...(need ? [html("b", { class: "need" }, need)] : []),
+  );
+}
+
+/** A text whose arrows are not broken between lines. */
+function unbroken(text) {
+  return text.split(/(->)/).map((part) =>
+    part === "->" ? html("span", { class: "arrow" }, part) : part,
   );
 }
 
