@@ -64,18 +64,19 @@ export function plots(signal, series, cursor_s, width) {
   return axes(signal.components).map((parts) => {
     const lines = parts.map((part) => series.lines[part.place] ?? []);
     const picture = draw(parts, lines, series, cursor_s, width);
-    return html("div", { class: "plot" }, picture, legend(parts));
+    const is_turn = signal.kind === "pose" && parts[0].name === "rx";
+    return html("div", { class: "plot" }, picture, legend(parts, is_turn ? " axis·angle" : ""));
   });
 }
 
-function legend(parts) {
+function legend(parts, more) {
   if (parts.length < 2) {
     return null;
   }
   const items = parts.map((part, at) =>
     html("span", { class: `key line-${at % 6}` }, part.name.replace(/^\[(.*)\]$/, "$1")),
   );
-  return html("div", { class: "legend" }, ...items, html("span", {}, parts[0].unit));
+  return html("div", { class: "legend" }, ...items, html("span", {}, parts[0].unit + more));
 }
 
 function draw(parts, lines, series, cursor_s, width) {

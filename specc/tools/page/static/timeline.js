@@ -197,7 +197,7 @@ function drawAxis(place) {
 }
 
 function drawMark(mark, at) {
-  const words = `${seconds(mark.time_s, page.digits)} ${WORDS[mark.kind]}: ${mark.text}`;
+  const words = `${seconds(mark.time_s, page.digits)} ${WORDS[mark.kind] ?? mark.kind}: ${mark.text}`;
   const element = svg(
     "g",
     { class: `mark ${mark.kind}`, role: "img", "aria-label": words },
