@@ -134,7 +134,7 @@ class _Attempt:
         system = load_system(options.directory, options.base, check_operators=examined)
         self._options = options = placed(timed(options, system), system)
         self._check_interrupted()
-        self._processes.begin(system, options)
+        self._processes.begin(system, options, is_shown=self._page is not None)
         spec = system.plant
         plant = None
         if spec is not None and system.needs_plant:

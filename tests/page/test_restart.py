@@ -198,14 +198,7 @@ def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: 
         server = run.server
         server.send("speed", value=2.0)
         begin = server.wait("begin")
-        v = {
-            "name": "v",
-            "unit": "m/s",
-            "least": 0.0,
-            "greatest": 2.0,
-            "value": 1.0,
-            "whole": False,
-        }
+        bounds = {"least": 0.0, "greatest": 2.0, "value": 1.0, "whole": False}
         assert {"name": "v", "unit": "m/s", **bounds} in begin["live"]
         server.wait("state", lambda state: state["time_s"] > 0.5)
         server.send("set", name="v", value=0.5)
