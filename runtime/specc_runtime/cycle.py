@@ -355,9 +355,9 @@ class Executor:
             if not self.panel.elements[name].hold:
                 self.panel.operate(name, True, TASK)
 
-    def hold(self, name: str, held: bool) -> None:
+    def hold(self, name: str, is_held: bool) -> None:
         """Hold a button as the task says from now on, or not any more."""
-        self.panel.hold_by_task(name, held)
+        self.panel.hold_by_task(name, is_held)
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""

@@ -69,6 +69,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     bindings.quaternions_ordered,
     plant.commands_obeyed,
     panel.panel_fits,
+    panel.presses_arrive,
     topics.topics_fit,
     topics.messages_fit,
     topics.joints_counted,

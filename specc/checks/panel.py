@@ -8,11 +8,12 @@ from dataclasses import replace
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import join_words
+from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
-from specc.model.system import Widget
+from specc.model.system import Subsystem, Widget
 from specc.model.task import DisturbanceAction, Verb
 from specc.model.types import Real, Type
+from specc.proof import InputName
 from specc.resolve.context import suggest
 from specc.source import Place
 
@@ -76,6 +77,55 @@ def _keys_given_twice(facts: Facts) -> Iterator[Diagnostic]:
             yield Diagnostic("E0505", message, place, "", related, help)
 
 
+# A press is one sample, which a slower reader misses where it is passed on as it is.
+
+
+def presses_arrive(facts: Facts) -> Iterator[Diagnostic]:
+    """W0414, for a button that is passed on to a slower subsystem in every period."""
+    for bound in facts.bindings:
+        panel, element = bound.binding.panel, bound.element.name
+        if panel is None or panel.kind != "button" or panel.hold:
+            continue
+        for wire in facts.wires.wires_of_element(bound.binding.device, "x", element):
+            reader, pressed = wire.subsystem, (wire.port.peer, element)
+            for output in reader.outputs if reader in facts.rates.timed else ():
+                if pressed in _passed_on(reader, output, facts):
+                    yield from _slower_readers(bound, reader, output, facts)
+
+
+def _passed_on(sender: Subsystem, output: InputName, facts: Facts) -> Iterator[InputName]:
+    """The inputs from which, and from no memory, an output follows."""
+    dependences = facts.of(sender).dependences
+    for values in sender.assigned_values.get(output, {}).values():
+        for dependence in map(dependences.of, values):
+            yield from () if dependence.memory else dependence.values
+
+
+def _slower_readers(
+    bound: BoundElement, sender: Subsystem, output: tuple[str, str], facts: Facts
+) -> Iterator[Diagnostic]:
+    for wire in facts.wires.wires_of(sender):
+        reader, end = wire.peer_subsystem, wire.peer_port
+        if wire.port.direction != "y" or wire.port.peer != output[0] or not (reader and end):
+            continue
+        received = end.element(output[1])
+        if received is None or received.event or reader.rate_hz >= sender.rate_hz:
+            continue
+        own, other = in_ms(1 / sender.rate_hz), in_ms(1 / reader.rate_hz)
+        yield Diagnostic(
+            "W0414",
+            f"`{reader.qualified_name}` can miss presses of `{bound.element.name}`",
+            end.place_of(received),
+            f"a press is passed on for {own}, and is read every {other}",
+            (
+                Related(bound.binding.place, "the button"),
+                Related(sender.place.below("rate"), "passes it on at this rate"),
+                Related(reader.place.below("rate"), "reads at this rate"),
+            ),
+            f"give both one rate, or let `{sender.qualified_name}` send it on until it is answered",
+        )
+
+
 # What the operator does in disturbances.
 
 
@@ -89,30 +139,28 @@ def operation_fits(facts: Facts) -> Iterator[Diagnostic]:
 
 def _operation_faults(verb: Verb, action: DisturbanceAction, facts: Facts) -> Iterator[Diagnostic]:
     name, bound = action.name, facts.reported.get(action.name)
-    panel = bound.binding.panel if bound else None
-    if bound is None or panel is None:
-        every = {key: b.binding.panel for key, b in facts.reported.items() if b.binding.panel}
-        is_button = verb.subject == "button"
-        known = [key for key, panel in every.items() if is_button == (panel.kind == "button")]
+    if bound is None:
         message = f"`{name}` is not on the operator's panel"
-        related = (Related(bound.binding.place, "bound here"),) if bound else ()
-        help = suggest(name, sorted(known)) if known else "bind it with `panel:`"
-        code = "E0517" if bound else "E0502"
-        yield Diagnostic(code, message, action.place, related=related, help=help)
+        known = [key for key, other in facts.reported.items() if other.binding.panel]
+        help = suggest(name, sorted(known))
+        yield Diagnostic("E0502", message, action.place, help=help)
         return
-    related = (Related(bound.binding.place, "bound here"),)
-    if (verb.subject == "button") != (panel.kind == "button"):
-        is_button = panel.kind == "button"
-        message = f"`{name}` is a {panel.kind}, which is not {verb.participle}"
-        help = "press it: `press: [...]`" if is_button else "turn it: `turn: {NAME: VALUE}`"
-        yield Diagnostic("E0517", message, action.place, related=related, help=help)
-    elif fault := _fault(panel, bound.element.type, action):
-        message, help = fault
-        place = replace(action.place, part="value")
-        yield Diagnostic("E0517", f"`{name}` {message}", place, related=related, help=help)
+    panel, is_button = bound.binding.panel, verb.subject == "button"
+    place, fault = action.place, None
+    if panel is None:
+        help = "bind it with `panel:`, or name an element that is bound so"
+        fault = "is not on the operator's panel", help
+    elif is_button != (panel.kind == "button"):
+        help = "turn it: `turn: {NAME: VALUE}`" if is_button else "press it: `press: [NAME]`"
+        fault = f"is a {panel.kind}, which cannot be {verb.participle}", help
+    elif fault := _value_fault(panel, bound.element.type, action):
+        place = replace(place, part="value")
+    if fault:
+        related = (Related(bound.binding.place, "bound here"),)
+        yield Diagnostic("E0517", f"`{name}` {fault[0]}", place, "", related, fault[1])
 
 
-def _fault(panel: Widget, type_: Type, action: DisturbanceAction) -> tuple[str, str] | None:
+def _value_fault(panel: Widget, type_: Type, action: DisturbanceAction) -> tuple[str, str] | None:
     """Why the operator cannot give an element the numbers of an action, and a way out."""
     numbers = [value for draw in action.numbers for value, _ in draw.values]
     if any(draw.is_range for draw in action.numbers) and not isinstance(type_, Real):

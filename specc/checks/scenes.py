@@ -19,7 +19,7 @@ from specc.lang import show
 from specc.mjcf import Model
 from specc.model.expr import Number
 from specc.model.system import Binding, Constant
-from specc.model.task import Disturbance, Draw
+from specc.model.task import OF_ELEMENTS, Disturbance, Draw
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import suggest
@@ -106,7 +106,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
         plant, subjects = facts.system.plant, {verb.subject for verb, _ in each.actions_on()}
         if plant is None or plant.is_panel:
             help = "say under `plant` what there is, or leave the disturbance out"
-            on_plant = subjects - ({"constant"} if plant is None else _OF_READERS)
+            on_plant = subjects - {"constant", *(OF_ELEMENTS if plant else ())}
             if on_plant and (plant or not facts.system.devices):  # else it is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
@@ -118,10 +118,6 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
                     message = f"the model has no {verb.subject} `{action.name}`"
                     help = suggest(action.name, sorted(known))
                     yield Diagnostic("E0502", message, action.place, help=help)
-
-
-_OF_READERS = frozenset(("constant", "samples", "measurement", "button", "control"))
-"""Subjects that a plant need not know."""
 
 
 # Constants that disturbances adjust.

@@ -41,6 +41,10 @@ constant that may change; a button of the panel, and what else there is on it.
 """
 
 
+OF_ELEMENTS: tuple[Subject, ...] = ("samples", "measurement", "button", "control")
+"""Subjects that are elements of devices."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verb:
     """What a disturbance can do: once, or over time if it `has_duration`.
@@ -85,6 +89,11 @@ _ROWS = (
         neutral=(0, "by nothing", _WRONG), spoiled_by=("silent",)),
     Verb("adjust", "adjusted", "constant", "one",
         "Constants that are `live`, with the values that they get.", has_duration=False),
+    Verb("press", "pressed", "button", "none",
+        "Buttons of the panel: pressed once, or held if they are `hold`."),
+    Verb("turn", "turned", "control", "one",
+        "Elements of the panel, with the values that the operator gives them.",
+        has_duration=False),
 )  # fmt: skip
 VERBS = {row.name: row for row in _ROWS}
 """All that disturbances can do, in the order of their keys; runs have

@@ -24,7 +24,7 @@ from specc.model.system import (
     Widget,
 )
 from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Subject, Task, Verb
-from specc.model.types import Int, Real, Type
+from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
 from specc.resolve.expressions import Expressions, known_value, rate_of
@@ -64,9 +64,10 @@ def resolve_task(
         _look_up(definition, where, agents, expressions.findings)
     scene = definition.scene or SceneDef()
     starts = tuple(_starts(scene, where["scene"], expressions, given))
-    types = reported_elements(agents)
-    bindings = plant.bindings if plant else ()
-    panel = {b.name: (b.panel, types[b.name].type) for b in bindings if b.panel and b.name in types}
+    reported, bindings = reported_elements(agents), plant.bindings if plant else ()
+    panel = {
+        b.name: (b.panel, reported[b.name]) for b in bindings if b.panel and b.name in reported
+    }
     reader = _DisturbanceReader(condition, expressions, panel)
     at = where["disturb"]
     found = [reader.disturbance(item, at[i]) for i, item in enumerate(definition.disturb)]
@@ -163,17 +164,17 @@ def draw_of(
     item: DrawDef,
     at: YamlNode,
     expressions: Expressions,
-    expected: Type | None = None,
+    element: Element | None = None,
 ) -> Draw | None:
     """Resolve a number that is drawn, with its unit; None after reporting.
 
-    Values of an expected type may be truth values and members of enums.
+    Values that an element gets may be truth values and members of enums.
     """
     findings, texts = expressions.findings, list(_texts(item, at))
     if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
-    found = [_number(text, place, expressions, expected) for text, place in texts]
+    found = [_number(text, place, expressions, element) for text, place in texts]
     known = [number for number in found if number is not None]
     if len(known) < len(found):
         return None
@@ -201,14 +202,15 @@ def _texts(item: DrawDef, at: YamlNode) -> Iterator[tuple[str, YamlNode]]:
 
 
 def _number(
-    text: str, at: YamlNode, expressions: Expressions, expected: Type | None
+    text: str, at: YamlNode, expressions: Expressions, element: Element | None
 ) -> tuple[Expr, float, Unit] | None:
     """An expression with its value and unit; None after reporting."""
     definitions = expressions.definitions
-    expr = expressions.value(at, text, constant_scope(definitions), expected)
+    declared = (None, None) if element is None else (element.type, element.place)
+    expr = expressions.value(at, text, constant_scope(definitions), *declared)
     if expr is None:
         return None
-    if expected is None and not isinstance(expr.type, Real | Int):
+    if element is None and not isinstance(expr.type, Real | Int):
         help = "write a number with its unit, e.g. `0.3[m]`"
         expressions.findings.report("E0516", f"`{text}` is not a number", at.place, help=help)
         return None
@@ -231,8 +233,8 @@ class _DisturbanceReader:
 
     condition: ReadFormula
     expressions: Expressions
-    panel: Mapping[str, tuple[Widget, Type]]
-    """What is on the panel, with the types of the elements, by their names."""
+    panel: Mapping[str, tuple[Widget, Element]]
+    """What is on the panel, with the elements that it sets, by their names."""
 
     def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
         """The resolved disturbance, or None after reporting."""

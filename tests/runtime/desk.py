@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from tests.runtime.apart import built
-
 SPEC = """\
 specc: 1.3
 system: desk
@@ -53,33 +49,19 @@ agents:
       states: {idle: work, moving: run}
       initial_state: idle
       transitions: [[idle, terminal, always, moving], [moving, terminal, always, idle]]
+plant:
+  bind:
+    desk.R.buttons.start: {panel: button, key: s}
+    desk.R.buttons.enable: {panel: button, hold: true}
+    desk.R.buttons.stop: {panel: switch}
+    desk.R.buttons.v: {panel: slider, range: ["0[m/s]", "0.2[m/s]"], init: "0.1[m/s]"}
+    desk.R.buttons.mode: {panel: choice, init: manual}
+    desk.R.buttons.n: {panel: number, range: [0, 10], init: 1}
 """
+PRESSED = SPEC.replace(", hold: true", "")
+"""Without a button that is held."""
 R = "desk.R.buttons"
 START, ENABLE, STOP, V, MODE, N = (
     f"{R}.{element}" for element in ("start", "enable", "stop", "v", "mode", "n")
 )
 READER = "desk.buttons"
-ELEMENTS = {
-    START: 'kind="button", key="s", title="Start"',
-    ENABLE: 'kind="button", hold=True',
-    STOP: 'kind="switch"',
-    V: 'kind="slider", initial=0.1, least=0.0, greatest=0.2, unit="m/s"',
-    MODE: 'kind="choice", initial="manual", choices=("manual", "auto")',
-    N: 'kind="number", initial=1, least=0, greatest=10',
-}
-
-
-def desk(folder: Path, *, held: bool = True) -> Path:
-    """The generated package; without `held` the button to hold is one that is pressed."""
-    package = built(folder, SPEC)
-    module = package / "system.py"
-    text = module.read_text()
-    for name, element in ELEMENTS.items():
-        line = f"SensorBinding('{name}', "
-        assert line in text, text
-        more = element if held else element.replace("hold=True", "hold=False")
-        text = text.replace(line, f'{line}panel=PanelElement("{name}", {more}), ')
-    first = "from specc_runtime.plants.binding import SensorBinding\n"
-    assert first in text, text
-    module.write_text(text.replace(first, f"from specc_runtime.panel import PanelElement\n{first}"))
-    return package

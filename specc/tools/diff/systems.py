@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, Literal
 
+from specc.analysis.plant import widget_text
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.model.expr import Node
@@ -27,7 +28,6 @@ from specc.model.system import (
     Plant,
     Subsystem,
     System,
-    Widget,
 )
 from specc.model.task import Disturbance, Draw, Task
 from specc.model.types import Type
@@ -261,18 +261,8 @@ def _compare_observed(diff: SystemDiff, _: PartLog, old: Plant, new: Plant) -> N
 
 
 def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
-    part.changed("panel", *(_panel_text(each.panel) for each in (old, new)))
-
-
-def _panel_text(panel: Widget | None) -> str:
-    """What of the panel sets an element, within which range and from which value on."""
-    if panel is None:
-        return "none"
-    bounds = " to ".join(map(show, panel.bounds or ()))
-    initial = "" if panel.initial is None else f"init {show(panel.initial)}"
-    key = f"key {panel.key}" if panel.key else ""
-    texts = panel.kind, "hold" if panel.hold else "", bounds, initial, key
-    return ", ".join(text for text in texts if text)
+    texts = ("none" if each.panel is None else widget_text(each.panel) for each in (old, new))
+    part.changed("panel", *texts)
 
 
 _Meaning = tuple[object, str, frozenset[str]]
