@@ -166,6 +166,8 @@ class Page:
             self._refuse_in_real_time("breakpoints")
         found, refused = breakpoints(listed, self._parts)
         self._breakpoints = listed
+        if self._system is None:
+            return  # they are looked up once there is a run
         self.control.set_breakpoints(found)
         for text in refused:
             self.refuse(text)
