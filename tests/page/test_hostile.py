@@ -51,6 +51,7 @@ def test_titles_are_texts(title: str, tmp_path: Path) -> None:
                 "polygon",
                 "text",
                 "polyline",
+                "tspan",
                 "ellipse",
                 "title",
                 "a",
