@@ -52,6 +52,7 @@ def test_titles_are_texts(title: str, tmp_path: Path) -> None:
                 "text",
                 "tspan",
                 "polyline",
+                "tspan",
                 "ellipse",
                 "title",
                 "a",
