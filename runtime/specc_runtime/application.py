@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from specc_runtime.faults import Fault, PlantFailed, error_text
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_layouts, load_system, timed
 from specc_runtime.options import Options, UsageError
+from specc_runtime.panel import PanelElement
 from specc_runtime.placement import placed
 from specc_runtime.plant import Grouped, Pictured, Viewable
 from specc_runtime.plants.errors import PlantError
@@ -102,6 +104,7 @@ class _Attempt:
         self._plant_of = ""
         self._processes = Processes()
         self._is_closing = False
+        self._restore_terminal: Callable[[], None] = lambda: None
         self._companions: list[Companion] = []
 
     def run(self) -> None:
@@ -133,10 +136,13 @@ class _Attempt:
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
         self._options = options = placed(timed(options, system), system)
+        keys = _keys(options, system)
         self._check_interrupted()
         self._processes.begin(system, options)
         spec = system.plant
-        plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
+        plant = None
+        if spec is not None and system.needs_plant:
+            plant = self._handed_over(spec) or self._set_up(system)
         recorder = self._recorder(system, plant, snapshot.time_s if snapshot else 0.0)
         feed = self._feed(system, plant)
         session = self._session(system, plant, recorder, feed)
@@ -146,6 +152,8 @@ class _Attempt:
             for lost in snapshot.go_on(session, system):
                 say(f"--from: {lost}")
             session.stop_from(snapshot.until_s)
+        if keys:
+            self._operate(session, keys)
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(ReportKeeper(session.report, options.report, self._clock))
@@ -153,6 +161,14 @@ class _Attempt:
             self._page.begin(session)
         self.session = session
         session.run(self._companions)
+
+    def _operate(self, session: Session, keys: Mapping[str, PanelElement]) -> None:
+        from specc_runtime.keys import Keys
+
+        operator = Keys(session.panel, keys, quiet=self._options.quiet)
+        self._restore_terminal = operator.restore
+        self._companions.insert(0, operator)  # what others close takes its time
+        operator.begin()
 
     def _feed(self, system: System, plant: Any) -> Feed | None:
         """What shows the run, if anything does."""
@@ -229,7 +245,7 @@ class _Attempt:
         """Let the recorded specification run until then, and keep what the other goes on from."""
         tick_s = load_system(self._options.directory, self._options.base).tick_s
         system = load_system(past, self._options.base)
-        plant = self._set_up(system) if system.plant is not None else None
+        plant = self._set_up(system) if system.needs_plant else None
         judge, options = open_judge(system, plant), self._options
         session = Session(options, system, plant, judge, self._clock, self._interruption)
         try:
@@ -295,6 +311,7 @@ class _Attempt:
 
     def leave(self) -> None:
         """End the process during what cannot be stopped, with safe outputs and the report."""
+        self._restore_terminal()
         code = self._interruption.exit_code if self._interruption.requested else UNFULFILLED
         # What devices get may hang as the step does.
         late = threading.Timer(SAFE_S, os._exit, (code,))
@@ -312,6 +329,16 @@ class _Attempt:
             tell(report, self._options)
         finally:
             os._exit(code)
+
+
+def _keys(options: Options, system: System) -> dict[str, PanelElement]:
+    """The keys that operate the panel, if any do; raises UsageError."""
+    if not options.keys:
+        return {}
+    from specc_runtime.keys import check_terminal, keys_of
+
+    check_terminal()
+    return keys_of(system.panel)
 
 
 def _closed(companion: Companion) -> OutputLost | None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import WallClock
-from specc_runtime.live import Change
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, write
 from specc_runtime.snapshot import Values
@@ -45,8 +45,8 @@ class Recording(Protocol):
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
         """Called now and then between two ticks with what gives a snapshot."""
 
-    def changed(self, change: Change, time_s: float) -> None:
-        """Called when a constant changes."""
+    def changed(self, change: Event, time_s: float) -> None:
+        """Called when a constant changes, and when the panel is operated."""
 
 
 class Companion(Protocol):

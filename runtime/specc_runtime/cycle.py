@@ -13,11 +13,13 @@ from typing import Any, cast
 from specc_runtime.between_steps import Standing
 from specc_runtime.blame import Blame
 from specc_runtime.buffers import slots
+from specc_runtime.changes import PROGRAM, TASK, Event
 from specc_runtime.clock import WallClock
 from specc_runtime.distortion import Distortable, Distortion
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
-from specc_runtime.live import PROGRAM, TASK, Change, LiveConstants
+from specc_runtime.live import LiveConstants
+from specc_runtime.panel import Panel
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
 from specc_runtime.records import Observer
@@ -31,6 +33,7 @@ from specc_runtime.timing import Quantiles, RealTime, SimulatedTime, Timing
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import (
+    buttons_read,
     sensor_rates,
     sensors_read,
     switch_often,
@@ -61,13 +64,14 @@ class Executor:
         timing: Timing | None = None,
         processes: Processes | None = None,
         at_rest: Callable[[], None] = lambda: None,
-        changed: Callable[[Change], None] = lambda _: None,
+        changed: Callable[[Event], None] = lambda _: None,
     ) -> None:
-        """`plant` must be there, and reset, if the system has devices; `inline` forbids threads.
+        """`plant` must be there, and reset, if the system needs one; `inline` forbids threads.
 
         `processes` compute some of the subsystems. `timing` says how the ticks follow a clock;
         without one time is simulated. `at_rest` is called about every `REST_S` of simulated time,
-        when nothing is under way, `changed` with each change of a constant that may change.
+        when nothing is under way, `changed` with each change of a constant that may change and each
+        operation of the panel.
 
         Raises ValueError if it is not, or lacks a method that the run calls, and for real time with
         code that does not test all rows.
@@ -89,9 +93,11 @@ class Executor:
         self._onlooker = onlooker
         self._observers = tuple(observers)
         self._rates = rates = sensor_rates(system)
-        self._sensors = sensors_read(system, plant, rates, self._now_s)
+        clock = clock or WallClock()
+        self.panel = Panel(system.panel, clock)
+        self._sensors = sensors_read(system, plant, self.panel, rates, self._now_s)
         self._safe = system.plant.safe if system.plant else ()
-        hand_over(self._safe, plant, self._sensors, clock or WallClock())
+        hand_over(self._safe, plant, self._sensors, clock)
         self._commands: Commands = {}
         due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline or self._real else worker_pool(system)
@@ -104,7 +110,7 @@ class Executor:
             self._sensors,
             self._commands,
             self._pool,
-            clock or WallClock(),
+            clock,
             processes,
         )
         if self._real is not None:
@@ -116,6 +122,7 @@ class Executor:
         self._at_rest = at_rest
         inboxes = {name: track.runner.inbox for name, track in self._tracks.items()}
         self.live = LiveConstants(system.live, inboxes)
+        self._buttons = buttons_read(system)
         self._changed = changed
         self._rest = len(due) * max(1, round(REST_S / (len(due) * self._tick_s)))
 
@@ -220,7 +227,7 @@ class Executor:
     def _begin(self, due: Iterable[Track], sensors: Iterable[Sensor]) -> None:
         """Sample, begin the steps that are due and let a tick pass; raises what a plant raises."""
         time_s = self.time_s
-        for change in self.live.begin(self.tick):
+        for change in (*self.live.begin(self.tick), *self.panel.begin(self.tick)):
             self._changed(change)
         for sensor in sensors:
             sensor.update(time_s)
@@ -256,6 +263,8 @@ class Executor:
             if track.ageing is not None:
                 track.ageing.begin(tick, late)
             track.start(tick)
+            for button in self._buttons.get(track.name, ()):
+                self.panel.was_read(button)
 
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
@@ -316,17 +325,39 @@ class Executor:
                 elif hasattr(part, name):
                     delattr(part, name)
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str = PROGRAM) -> None:
         """Change a constant that may change; all subsystems see it from the next base tick on.
 
         Raises ValueError for another constant, and for a value that is not within its range.
         """
-        self.live.ask(name, value, PROGRAM)
+        self.live.ask(name, value, by)
 
     def adjust(self, values: Mapping[str, float]) -> None:
         """Change constants as the task says."""
         for name, value in values.items():
             self.live.ask(name, self.live.whole(name, value), TASK)
+
+    def operate(self, name: str, value: Any) -> None:
+        """Operate an element of the panel; its reader sees it from the next base tick on.
+
+        Raises ValueError for an element that there is not, and for a value that it does not take.
+        """
+        self.panel.operate(name, value)
+
+    def turn(self, values: Mapping[str, float]) -> None:
+        """Turn elements of the panel as the task says."""
+        for name, value in values.items():
+            self.panel.operate(name, self.panel.elements[name].of_number(value), TASK)
+
+    def press(self, names: Iterable[str]) -> None:
+        """Press buttons once as the task says, but for those that are held."""
+        for name in names:
+            if not self.panel.elements[name].hold:
+                self.panel.operate(name, True, TASK)
+
+    def hold(self, name: str, is_held: bool) -> None:
+        """Hold a button as the task says from now on, or not any more."""
+        self.panel.hold_by_task(name, is_held)
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""
@@ -421,7 +452,7 @@ def _note_begin(track: Track, real: RealTime) -> None:
 
 def _check(system: System, plant: Plant | None) -> None:
     """Raises ValueError for a plant that a system does not have, or that is none."""
-    if (system.plant is None) != (plant is None):
+    if system.needs_plant != (plant is not None):
         what = "no devices, but was given" if plant else "devices, but was given no"
         raise ValueError(f"system {system.name!r} has {what} plant")
     if plant is not None and (lacking := shortcomings(plant, Plant)):

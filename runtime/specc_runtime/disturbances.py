@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -40,10 +40,19 @@ class Disturbable(Protocol):
 
 
 class DeviceReaders(Protocol):
-    """What reads the elements of devices, and has the constants that may change."""
+    """What reads the elements of devices, and has the constants that may change and the panel."""
 
     def adjust(self, values: Mapping[str, float]) -> None:
         """Change constants that may change."""
+
+    def press(self, names: Iterable[str]) -> None:
+        """Press buttons of the panel, but for those that are held."""
+
+    def hold(self, name: str, is_held: bool) -> None:
+        """Hold a button of the panel from now on, or not any more."""
+
+    def turn(self, values: Mapping[str, float]) -> None:
+        """Give elements of the panel values; see `PanelElement.of_number`."""
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element have no samples from now on, or have them again."""
@@ -81,9 +90,14 @@ def _distort(now: Now) -> None:
     now.devices.distort(now.name, joined(now.done["scale"], now.done["bias"]))
 
 
+def _hold(now: Now) -> None:
+    now.devices.hold(now.name, bool(now.done["press"]))
+
+
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """How a verb is done: `once`, to all names with a number each, or as long as it `lasts`.
+    """How a verb is done: `once`, to all names with a number each (1 if it has none), or as long
+    as it `lasts`.
 
     `once` takes the plant, or what reads devices if it is not done `on_plant`.
 
@@ -106,6 +120,8 @@ VERBS = {
     "scale": Verb(lasts=_distort, on_plant=False),
     "bias": Verb(lasts=_distort, on_plant=False),
     "adjust": Verb(once=lambda readers, values: readers.adjust(values), on_plant=False),
+    "press": Verb(once=lambda readers, names: readers.press(names), lasts=_hold, on_plant=False),
+    "turn": Verb(once=lambda readers, values: readers.turn(values), on_plant=False),
 }
 """All that a disturbance can do; the compiler has `specc.model.task.VERBS`."""
 
@@ -196,7 +212,7 @@ class Disturbances:
             names = [deed.name for deed in each.what.deeds if deed.verb == name]
             if verb.once is not None and names:
                 done_to = self._plant if verb.on_plant else self._devices
-                verb.once(done_to, {of: each.now.of[name, of][0] for of in names})
+                verb.once(done_to, {of: (*each.now.of[name, of], 1.0)[0] for of in names})
         self._act(each)
 
     def _act(self, each: _Course, *, again: bool = False) -> None:

@@ -20,13 +20,12 @@ from specc_runtime.task import Judge, Scene, drawn
 def open_plant(
     system: System, base: str | Path = ".", seed: int = 0, renderer: RendererName = "auto"
 ) -> Any:
-    """The system's plant, reset with the seed and its scene set; None if it has none.
+    """The system's plant, reset with the seed and its scene set; None if it needs none.
 
     Raises PlantError for a model that does not fit, UsageError for a plant or a scene that is not
     there or is not what the run needs, SceneFailed for a scene that raises.
     """
-    spec = system.plant
-    if spec is None:
+    if not system.needs_plant:
         return None
     plant = _made(system, Path(base), renderer)
     try:
@@ -107,12 +106,12 @@ def _made(system: System, base: Path, renderer: RendererName) -> Any:
 
         return ros2_plant(system)
     if not spec.model:
-        names = [a.name for a in spec.actuators] + [s.name for s in spec.sensors]
+        names = [a.name for a in spec.actuators] + [s.name for s in spec.measured]
         raise UsageError(
             f"there is no plant behind {', '.join(names)}; add `plant:` to the specification, or "
             "run the system from Python with a plant (docs/your_robot.md)"
         )
     from specc_runtime.plants.mujoco import MujocoPlant
 
-    sensors = (*spec.sensors, *spec.observed)
+    sensors = (*spec.measured, *spec.observed)
     return MujocoPlant(str(base / spec.model), sensors, spec.actuators, renderer=renderer)

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from typing import Any
 
+from specc_runtime.changes import Event, EventQueue
 from specc_runtime.system import LiveConstant
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
-    """A value that a constant has from a base tick on, given by the program or by the task."""
+class Change(Event):
+    """A value that a constant has from a base tick on, and who gave it."""
 
-    tick: int
     constant: str
     value: float
     by: str
-
-
-PROGRAM, TASK = "program", "task"
 
 
 class LiveConstants:
@@ -31,8 +28,7 @@ class LiveConstants:
         self._constants = {constant.name: constant for constant in constants}
         self._inboxes = inboxes
         self.values = {name: constant.initial for name, constant in self._constants.items()}
-        self.changes: list[Change] = []
-        self._waiting: deque[Change] = deque()
+        self._queue = EventQueue[Change]()
         self._due: dict[str, dict[str, float]] = {}
         """By subsystem and element, what its next step is to see."""
 
@@ -44,7 +40,13 @@ class LiveConstants:
         if name not in self._constants:
             known = ", ".join(self._constants) or "none"
             raise ValueError(f"{name} is no constant that may change; there are: {known}")
-        self._waiting.append(Change(tick, name, self._constants[name].checked(value), by))
+        self._queue.ask(Change(tick, name, self._constants[name].checked(value), by))
+
+    def schedule(self, changes: Iterable[Change]) -> None:
+        """Make changes of a recorded run again, at their ticks; others are left out."""
+        for change in changes:
+            with suppress(ValueError):  # of another specification
+                self.ask(change.constant, change.value, change.by, change.tick)
 
     def whole(self, name: str, value: float) -> float:
         """A number as the constant has it: whole, if it is."""
@@ -53,16 +55,15 @@ class LiveConstants:
 
     def begin(self, tick: int) -> list[Change]:
         """Make the changes that are asked for by this base tick, and return them."""
-        made = []
-        for _ in range(len(self._waiting)):
-            change = self._waiting.popleft()
-            if change.tick > tick:
-                self._waiting.append(change)
-                continue
-            made.append(replace(change, tick=tick))
+        made = self._queue.begin(tick)
+        for change in made:
             self._set(change.constant, change.value)
-        self.changes += made
         return made
+
+    @property
+    def changes(self) -> list[Change]:
+        """Those that were made."""
+        return self._queue.history
 
     def deliver(self, subsystem: str) -> None:
         """Let a subsystem that is between two steps see the values of now."""
@@ -90,7 +91,7 @@ class LiveConstants:
                 lost.append(f"there is no constant {name} that may change")
             except ValueError as error:
                 lost.append(f"{error}: it is as at the beginning")
-        self.changes = [change_of(each) for each in saved["changes"]]
+        self.changes[:] = [change_of(each) for each in saved["changes"]]
         return lost
 
 

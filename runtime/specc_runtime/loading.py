@@ -58,9 +58,13 @@ def load_system(
 
 
 def timed(options: Options, system: System) -> Options:
-    """The options, in real time where the plant keeps its own time; raises UsageError."""
+    """The options, in real time where the plant keeps its own time; raises UsageError.
+
+    A run that is operated by keys goes on as the clock does.
+    """
     if system.plant is None or system.plant.ros2 is None:
-        return options
+        is_free = options.speed is None and not options.real_time
+        return replace(options, speed=1.0) if options.keys and is_free else options
     for option, value in (("--speed", options.speed), ("--from", options.resume)):
         if value is not None:
             raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")

@@ -39,6 +39,8 @@ class Options:
     """Width and height of a film in pixels."""
     geom_groups: tuple[int, ...] | None = None
     viewer: bool = False
+    keys: bool = False
+    """Whether the keys of the terminal operate the panel."""
     renderer: RendererName = "auto"
     inline: bool = False
     real_time: bool = False
@@ -124,6 +126,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "groups of geoms that the film shows (default: 0,1,2)"
     add("--geom-groups", metavar="N,N", type=_groups, help=words)
     add("--viewer", action="store_true", help="show the scene in a window")
+    words = "the keys of the terminal operate the panel; not faster than --speed 1"
+    add("--keys", action="store_true", help=words)
     pace = parser.add_mutually_exclusive_group().add_argument
     words = "follow the clock: skip periods that are over"
     pace("--real-time", action="store_true", help=words)

@@ -22,7 +22,7 @@ from specc_runtime.options import Options
 from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 from specc_runtime.session import Session
-from specc_runtime.system import System
+from specc_runtime.system import PlantSpec, System
 
 Reports = Mapping[str, Sequence[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on, first from 0; `...` is nothing new."""
@@ -103,7 +103,7 @@ class Rehearsal:
         """The system at its beginning, which nothing disturbs."""
         system: System = import_module(f"{self._module}.system").build(str(self._base))
         task = replace(system.task, disturb=()) if system.task is not None else None
-        return replace(system, task=task, triggers=None)
+        return replace(system, task=task, triggers=None, plant=_without_panel(system.plant))
 
     def plant(self, reports: Reports) -> Scripted | None:
         """What stands behind its devices, if there are any.
@@ -172,6 +172,13 @@ def _failure(fault: Fault) -> Failure:
     if isinstance(fault.__cause__, KeyboardInterrupt):
         raise fault.__cause__
     return Failure(fault.subsystem, fault.stamp, isinstance(fault, AxiomViolated), fault.message)
+
+
+def _without_panel(plant: PlantSpec | None) -> PlantSpec | None:
+    """Devices of which all report, those of the operator as well."""
+    if plant is None:
+        return None
+    return replace(plant, sensors=tuple([replace(s, panel=None) for s in plant.sensors]))
 
 
 class Scripted:

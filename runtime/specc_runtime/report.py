@@ -206,11 +206,12 @@ class Report:
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
     rad, `disturbances` when each began, `changes` the values that constants got meanwhile,
+    `panel` how the operator's panel was operated,
     `requirements` what became of those of the system, `unobserved` why something could not be
     observed, `clipped` which elements were commanded what their actuators cannot do,
     `other_commanders` who else sent on topics that the run commands, `stop_when` when the formula
     that ends the run held first, and
-    `real_time` how a run followed the clock; these ten are left out where there are none.
+    `real_time` how a run followed the clock; these eleven are left out where there are none.
     """
 
     spec: str
@@ -233,6 +234,7 @@ class Report:
     requirements: list[dict[str, Any]] = field(default_factory=list)
     disturbances: list[dict[str, Any]] = field(default_factory=list)
     changes: list[dict[str, Any]] = field(default_factory=list)
+    panel: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
     clipped: dict[str, dict[str, Any]] = field(default_factory=dict)
     other_commanders: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -243,7 +245,7 @@ class Report:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
         seldom = (
-            *("set", "scene", "requirements", "disturbances", "changes", "unobserved"),
+            *("set", "scene", "requirements", "disturbances", "changes", "panel", "unobserved"),
             *("clipped", "other_commanders", "stop_when", "real_time"),
         )
         return {n: value for n, value in named.items() if value or n not in seldom}

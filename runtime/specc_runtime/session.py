@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from specc_runtime.account import Account
+from specc_runtime.changes import PROGRAM, Event
 from specc_runtime.clipping import clipped_data
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Recording, View
@@ -20,6 +21,7 @@ from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.live import Change
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
+from specc_runtime.panel import Operation, Panel
 from specc_runtime.placement import followed_data
 from specc_runtime.plant import Plant
 from specc_runtime.processes.worker import Processes
@@ -120,22 +122,38 @@ class Session:
         if self._recorder is not None and self._snapshot_tick > before:
             self._recorder.keep(self._executor.time_s, self.saved)
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str = PROGRAM) -> None:
         """Change a constant that may change (`live`), while the run goes on or before it begins.
 
         All subsystems see the value from the next base tick on. Any thread may call this.
 
         Raises ValueError for another constant, and for a value that is not within its range.
         """
-        self._executor.set_constant(name, value)
+        self._executor.set_constant(name, value, by)
 
-    def schedule(self, changes: Sequence[Change]) -> None:
-        """Make changes of a recorded run again, at their ticks; others are left out."""
-        for change in changes:
-            with suppress(ValueError):  # of another specification
-                self._executor.live.ask(change.constant, change.value, change.by, change.tick)
+    def operate(self, name: str, value: Any) -> None:
+        """Operate an element of the panel, while the run goes on or before it begins.
 
-    def _changed(self, change: Change) -> None:
+        A button is pressed by true, one that is held until false. Its reader sees it from the next
+        base tick on. Any thread may call this.
+
+        Raises ValueError for an element that there is not, and for a value that it does not take.
+        """
+        self._executor.operate(name, value)
+
+    @property
+    def panel(self) -> Panel:
+        """The operator's panel."""
+        return self._executor.panel
+
+    def schedule(
+        self, changes: Sequence[Change], operations: Sequence[Operation], until_s: float
+    ) -> None:
+        """Do what was done in a recorded run again until then, from where it goes on by itself."""
+        self._executor.live.schedule(changes)
+        self.panel.schedule(operations, math.ceil(until_s / self._system.tick_s - _ROUNDING))
+
+    def _changed(self, change: Event) -> None:
         if self._recorder is not None:
             self._recorder.changed(change, self._executor.time_s)
         if self._feed is not None:
@@ -156,6 +174,7 @@ class Session:
             "disturbances": self._disturbances.saved(),
             "scene": self._scene,
             **({"live": self._executor.live.saved()} if self._system.live else {}),
+            **({"panel": self.panel.saved()} if self._system.panel else {}),
             "plant": saved_by("the plant", self._plant, is_lenient=values.is_lenient),
         }
 
@@ -180,6 +199,8 @@ class Session:
             else:
                 lost.append(f"{name}: is at its beginning: it was not recorded")
         lost += self._account.restore(saved, values, self._executor.tick, is_other=is_other)
+        if "panel" in saved:
+            lost += self.panel.restore(saved["panel"])
         lost += self._disturbances.restore(saved["disturbances"])
         if "live" in saved:
             lost += self._executor.live.restore(saved["live"])
@@ -271,9 +292,9 @@ class Session:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
             self._account.finish(self._executor.tick)
-            if self._feed is not None:
-                self._feed.sample("running")
         finally:
+            if self._feed is not None:
+                self._feed.rest()
             self.interruption.allow(always=True)
             self._executor.close()
             self._last_outputs = self._executor.leave_safe()
@@ -313,10 +334,8 @@ class Session:
             scene=self._scene,
             requirements=account.requirements.as_data() if account.requirements else [],
             disturbances=self._disturbances.as_data(),
-            changes=[
-                asdict(change) | {"time_s": round(change.tick * self._system.tick_s, 9)}
-                for change in self._executor.live.changes
-            ],
+            changes=self._events(self._executor.live.changes),
+            panel=self._events(self.panel.operations),
             unobserved=account.unobserved,
             clipped=clipped_data(self._plant, self._system.tick_s),
             other_commanders=self._other_commanders(),
@@ -325,6 +344,11 @@ class Session:
                 self._system, self._options.apart, self._timing, self._executor, self._punctuality
             ),
         )
+
+    def _events(self, events: Sequence[Event]) -> list[dict[str, Any]]:
+        """Entries of the report about what was changed meanwhile."""
+        tick_s = self._system.tick_s
+        return [asdict(event) | {"time_s": round(event.tick * tick_s, 9)} for event in events]
 
     def _other_commanders(self) -> dict[str, Any]:
         plant = self._system.plant

@@ -6,10 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from specc_runtime.changes import number_within
 from specc_runtime.subsystem import Subsystem
 
 if TYPE_CHECKING:
     from specc_runtime.ages import AgeRules
+    from specc_runtime.panel import PanelElement
     from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
     from specc_runtime.requirements import Requirements
     from specc_runtime.ros2.binding import Ros2
@@ -77,6 +79,16 @@ class PlantSpec:
     """Of devices with safe outputs, which they get when a run ends."""
     ros2: Ros2 | None = None
 
+    @property
+    def measured(self) -> tuple[SensorBinding, ...]:
+        """The sensors whose values the plant gives, and not the operator's panel."""
+        return tuple([sensor for sensor in self.sensors if sensor.panel is None])
+
+    @property
+    def panel(self) -> tuple[PanelElement, ...]:
+        """The elements of the operator's panel."""
+        return tuple([sensor.panel for sensor in self.sensors if sensor.panel is not None])
+
 
 @dataclass(frozen=True, slots=True)
 class LiveConstant:
@@ -95,16 +107,8 @@ class LiveConstant:
 
     def checked(self, value: float) -> float:
         """A value that it may get; raises ValueError for any other one."""
-        kind = type(self.initial)
-        allowed: tuple[type, ...] = (int,) if kind is int else (int, float)
-        if type(value) is bool or not isinstance(value, allowed):
-            what = "a whole number" if kind is int else "a number"
-            raise ValueError(f"{self.name} is {what}, and not {value!r}")
-        if not self.least <= value <= self.greatest:
-            unit = f" {self.unit}" if self.unit else ""
-            bounds = f"{self.least:g} to {self.greatest:g}{unit}"
-            raise ValueError(f"{self.name} is not {value:g}{unit}: its range is {bounds}")
-        return kind(value)
+        whole = type(self.initial) is int
+        return number_within(self.name, value, self.least, self.greatest, self.unit, whole=whole)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +218,20 @@ class System:
         problems = [*_bad_rates(self), *_bad_names(self)]
         if problems:
             raise ValueError(f"system {self.name!r}: {'; '.join(problems)}")
+
+    @property
+    def panel(self) -> tuple[PanelElement, ...]:
+        """The elements of the operator's panel."""
+        return self.plant.panel if self.plant is not None else ()
+
+    @property
+    def needs_plant(self) -> bool:
+        """Whether there are devices but for the operator's panel."""
+        plant = self.plant
+        if plant is None or not plant.panel:
+            return plant is not None
+        others = plant.measured, plant.actuators, plant.observed
+        return any(others) or bool(plant.model or plant.python or plant.ros2)
 
     def scheduled(self, name: str) -> Scheduled:
         """The subsystem of that name; raises KeyError."""

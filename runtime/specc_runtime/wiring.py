@@ -18,6 +18,7 @@ from specc_runtime.ageing import ageing
 from specc_runtime.buffers import Put, lower_flags, setter
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault
+from specc_runtime.panel import Panel
 from specc_runtime.plant import Plant
 from specc_runtime.processes.runner import ProcessRunner
 from specc_runtime.processes.worker import Processes
@@ -110,12 +111,29 @@ def sensor_rates(system: System) -> dict[str, SensorRate]:
 
 
 def sensors_read(
-    system: System, plant: Plant | None, read: Collection[str], now_s: Callable[[], float]
+    system: System,
+    plant: Plant | None,
+    panel: Panel,
+    read: Collection[str],
+    now_s: Callable[[], float],
 ) -> dict[str, Sensor]:
     """The sensors that somebody reads; `now_s` gives the time of the run."""
-    if system.plant is None or plant is None:
-        return {}
-    return {b.name: Sensor(b, plant.sample, now_s) for b in system.plant.sensors if b.name in read}
+    sensors = {}
+    for binding in system.plant.sensors if system.plant is not None else ():
+        source = plant if binding.panel is None else panel
+        if binding.name in read and source is not None:
+            sensors[binding.name] = Sensor(binding, source.sample, now_s)
+    return sensors
+
+
+def buttons_read(system: System) -> dict[str, list[str]]:
+    """Of each subsystem, the buttons that it reads: a press is read once."""
+    buttons: dict[str, list[str]] = {}
+    pressed = {element.name for element in system.panel if element.is_event}
+    for item in system.plant.inputs if system.plant is not None else ():
+        if item.sensor in pressed:
+            buttons.setdefault(item.subsystem, []).append(item.sensor)
+    return buttons
 
 
 WORKER_PERIOD_S = 0.05

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from specc.lang import show
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.system import PLANT, Binding, Element, Plant, System
+from specc.model.system import PLANT, Binding, Element, Plant, System, Widget
 from specc.model.types import Pose
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped
@@ -25,14 +26,14 @@ POSE_UNITS = (METRE,) * 3 + (RADIAN,) * 3
 class BoundElement:
     """A binding of an element that exists: a commanded one is an x of a device, another one a y.
 
-    What requirements observe of the plant is bound like a y. `plant` is the kind of the plant;
-    empty if it has none or several.
+    What requirements observe of the plant is bound like a y. `plant` is the kind of the plant that
+    is behind it, empty if it has none or several; or it is the operator's panel.
     """
 
     binding: Binding
     element: Element
     is_commanded: bool
-    plant: PlantKind
+    plant: PlantKind | Literal["panel"]
 
     @property
     def is_pose(self) -> bool:
@@ -74,7 +75,8 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
     known = grouped(((name, e.name), (e, commanded)) for name, e, commanded in bindable(system))
     for binding in system.plant.bindings if system.plant else ():
         for element, commanded in known.get((binding.device, binding.element), ()):
-            yield BoundElement(binding, element, commanded, plant_kind(system.plant))
+            plant = "panel" if binding.panel else plant_kind(system.plant)
+            yield BoundElement(binding, element, commanded, plant)
 
 
 _KEYS = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
@@ -84,6 +86,15 @@ def first_key(binding: Binding, attributes: Iterable[str]) -> str:
     """The first of some attributes that a binding has, as files spell its key; empty if none."""
     name = next((name for name in attributes if getattr(binding, name)), "")
     return _KEYS.get(name, name)
+
+
+def widget_text(widget: Widget) -> str:
+    """What of the panel sets an element, within which range and from which value on."""
+    bounds = " to ".join(map(show, widget.bounds or ()))
+    initial = "" if widget.initial is None else f"init {show(widget.initial)}"
+    key = f"key {widget.key}" if widget.key else ""
+    texts = widget.kind, "hold" if widget.hold else "", bounds, initial, key
+    return ", ".join(text for text in texts if text)
 
 
 def plant_model(system: System) -> Model | ModelError | None:

@@ -60,7 +60,7 @@ _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 
 def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
     """Why a binding does not suit its element, and a help text; None if it does."""
-    if bound.plant in ("", "ros2"):  # topics have checks of their own
+    if bound.plant in ("", "ros2", "panel"):  # topics and the panel have checks of their own
         return None
     if not bound.is_commanded and (complaint := _sampling_complaint(bound.binding)):
         return complaint
@@ -260,7 +260,7 @@ def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
     """E0505, for noise in another unit or count than what is measured; see also `bindings_fit`."""
     for bound in facts.bindings:
         binding = bound.binding
-        if bound.is_commanded or _kind_complaint(bound):
+        if bound.is_commanded or bound.plant == "panel" or _kind_complaint(bound):
             continue
         if complaint := _noise_complaint(binding):
             message, help = complaint

@@ -132,8 +132,8 @@ def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
         is_short, help = lasts_s < tick_s * _ROUNDING, f"make `lasts` {in_ms(tick_s)} or longer"
         missed = [
             action
-            for _, action in each.actions_on("samples", "measurement")
-            if _is_never_measured(action, each, facts)
+            for _, action in each.actions_on("samples", "measurement", "button")
+            if action.has_duration and _is_never_measured(action, each, facts)
         ]
         for action in missed:
             message = f"this is over after {in_ms(lasts_s)}, before `{action.name}` is measured"
@@ -202,7 +202,7 @@ def _conflicting_actions(
     )
     for verb, action in other.actions_on():
         # Forces and errors of measurement add up.
-        same = (together and verb.numbers == "none") if verb.has_duration else at_once
+        same = (together and verb.numbers == "none") if action.has_duration else at_once
         if same and (action.verb, action.name) in first:
             yield action, verb.participle, first[action.verb, action.name]
     for going_on, done, moved in ((one, first, other), (other, second, one)):
@@ -212,7 +212,7 @@ def _conflicting_actions(
             yield from (
                 (action, s.participle, d)
                 for s, d in _undoing_actions(verb, action, done)
-                if s.has_duration
+                if d.has_duration
             )
 
 
@@ -286,6 +286,8 @@ def _no_numbers(bound: BoundElement) -> str | None:
     """Why what is measured is not made of real numbers; None where it is."""
     if bound.binding.camera:
         return "a camera measures it"
+    if bound.plant == "panel":
+        return "the operator sets it"
     is_raw = bound.plant == "model" and bound.binding.through
     if is_raw or bound.units is not None:
         return None

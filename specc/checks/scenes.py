@@ -19,7 +19,7 @@ from specc.lang import show
 from specc.mjcf import Model
 from specc.model.expr import Number
 from specc.model.system import Binding, Constant
-from specc.model.task import Disturbance, Draw
+from specc.model.task import OF_ELEMENTS, Disturbance, Draw
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import suggest
@@ -32,10 +32,10 @@ def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
     for start in task.starts if task else ():
         if isinstance(facts.model, Model):
             yield from _placed(start, facts.model)
-        elif plant is None:
+        elif plant is None or plant.is_panel:
             message = f"there is no plant that has a joint `{start.name}`"
             help = "say under `plant` which model there is, or leave the scene out"
-            if not facts.system.devices:  # else the plant is an open point
+            if plant or not facts.system.devices:  # else the plant is an open point
                 yield Diagnostic("E0516", message, start.place, help=help)
         elif plant_kind(plant) == "python":
             message = f"`{start.name}` is for MuJoCo models; the plant in Python knows no joints"
@@ -103,10 +103,11 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
     """
     task, model = facts.system.task, facts.model
     for each in task.disturbances if task else ():
-        if facts.system.plant is None:
+        plant, subjects = facts.system.plant, {verb.subject for verb, _ in each.actions_on()}
+        if plant is None or plant.is_panel:
             help = "say under `plant` what there is, or leave the disturbance out"
-            on_plant = any(verb.subject != "constant" for verb, _ in each.actions_on())
-            if on_plant and not facts.system.devices:  # else the plant is an open point
+            on_plant = subjects - {"constant", *(OF_ELEMENTS if plant else ())}
+            if on_plant and (plant or not facts.system.devices):  # else it is an open point
                 yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
             for verb, action in each.actions_on():
@@ -183,7 +184,12 @@ def _silent(
     name: str, found: list[tuple[Disturbance, Place]], binding: Binding, facts: Facts
 ) -> Iterator[Diagnostic]:
     related = (Related(binding.place, "bound here"),)
-    if not binding.sporadic:
+    if binding.panel:
+        message = f"`{name}` always has a sample: the operator sets it"
+        for _, place in found:
+            help = "name an element of a sporadic device"
+            yield Diagnostic("E0517", message, place, related=related, help=help)
+    elif not binding.sporadic:
         message = f"`{name}` is not sporadic: without a sample a run would stop with a fault"
         help = "add `sporadic: true` to its binding, and say in the agent what happens then"
         for _, place in found:

@@ -71,6 +71,7 @@ _IMPORTED = {
         "as_optional", "as_partial", "as_pose", "as_real", "as_record", "as_rgb", "as_text",
         "as_tuple", "as_vector", "operator",
     ),
+    "specc_runtime.panel": ("PanelElement",),
     "specc_runtime.plants.binding": ("ActuatorBinding", "SensorBinding"),
     "specc_runtime.requirements": ("Reading", "Requirement", "Requirements"),
     "specc_runtime.ros2.binding": ("Ros2", "Ros2Published", "Ros2Topic"),

@@ -17,6 +17,7 @@ from specc.analysis.ros2 import (
     published_value,
     short_message_type,
 )
+from specc.lang import Environment, evaluate
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
 from specc.lower.module import (
@@ -49,7 +50,16 @@ from specc.lower.names import (
 from specc.lower.nodes import number
 from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
-from specc.model.system import PLANT, Binding, Device, Published, Ros2, Subsystem, System
+from specc.model.system import (
+    PLANT,
+    Binding,
+    Device,
+    Element,
+    Published,
+    Ros2,
+    Subsystem,
+    System,
+)
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
 from specc.model.types import Enum, Pose, Real, Record, Type, Vector
 from specc.model.units import DIMENSIONLESS
@@ -255,12 +265,13 @@ def _plant(
     imports.runtime_name("PlantSpec")
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     plant, made = system.plant, ""
-    if plant and not plant.ros2:
+    if plant and not plant.ros2 and not plant.is_panel:
         made = (
             f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
         )
+    functions = Functions(imports, names)
     return {
-        **_bindings_by_kind(system, imports, Functions(imports, names), contracts),
+        **_bindings_by_kind(system, imports, functions, contracts, stand_ins=stand_ins),
         "contracts": contracts.plans,
         "made": made,
         "ros2": tuple(ros2_arguments(system, imports)),
@@ -271,17 +282,23 @@ def _plant(
 
 
 def _bindings_by_kind(
-    system: System, imports: Imports, functions: Functions, contracts: Contracts
+    system: System,
+    imports: Imports,
+    functions: Functions,
+    contracts: Contracts,
+    *,
+    stand_ins: bool,
 ) -> dict[str, list[str]]:
     """Calls that make the bindings: of sensors, of what is observed and of actuators."""
     every = bindable(system)
-    types = {(device, e.name): e.type for device, e, commanded in every if not commanded}
+    elements = {(device, e.name): e for device, e, commanded in every if not commanded}
     found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
     for binding in _all_bindings(system):
-        if type_ := types.get((binding.device, binding.element)):
+        if element := elements.get((binding.device, binding.element)):
             arguments = (
                 *_sensor(binding, functions),
-                *_contract_arguments(binding, type_, contracts),
+                *_contract_arguments(binding, element.type, contracts),
+                *(() if stand_ins else _panel_argument(binding, element, imports)),
             )
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
@@ -333,6 +350,30 @@ def _contract_arguments(binding: Binding, type_: Type, contracts: Contracts) -> 
         yield "is_vector=True"
     if isinstance(type_, Pose) and not binding.through and (binding.sensors or binding.joints):
         yield "is_pose=True"
+
+
+def _panel_argument(binding: Binding, element: Element, imports: Imports) -> Iterator[str]:
+    """The call for what of the operator's panel sets an element, if it is on it."""
+    panel, type_ = binding.panel, element.type
+    if panel is None or panel.initial is None:
+        return
+    unit = type_.unit if isinstance(type_, Real) else DIMENSIONLESS
+    ends = zip(("least", "greatest"), panel.bounds or (), strict=False)
+    options = {
+        "choices": type_.members if isinstance(type_, Enum) else (),
+        "hold": panel.hold,
+        "key": panel.key,
+        "unit": "" if unit == DIMENSIONLESS else str(unit),
+        "title": " ".join(element.title.split()),
+    }
+    arguments = (
+        literal(binding.name),
+        literal(panel.kind),
+        literal(evaluate(panel.initial, Environment())),
+        *(f"{name}={literal(end.value)}" for name, end in ends),
+        *keyword_arguments(options),
+    )
+    yield f"panel={call(imports.runtime_name('PanelElement'), arguments)}"
 
 
 def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:

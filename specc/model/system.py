@@ -28,6 +28,24 @@ from specc.model.types import Type, nested_types
 from specc.model.units import Unit
 from specc.source import Place
 
+PanelKind = Literal["button", "switch", "slider", "choice", "number"]
+
+
+@dataclass(frozen=True, slots=True)
+class Widget:
+    """What of the panel sets an element, whose value is the `initial` one until then.
+
+    `bounds` are the least and the greatest value. All are literals, and None where they are wrong.
+    """
+
+    kind: PanelKind
+    initial: Expr | None = None
+    bounds: tuple[Number, Number] | None = None
+    hold: bool = False
+    """Whether a button is true while it is held; another one is true once for each press."""
+    key: str = ""
+    """The character that operates it in a terminal."""
+
 
 @dataclass(frozen=True, slots=True)
 class Binding:
@@ -60,6 +78,13 @@ class Binding:
     action: str = ""
     part: Literal["", "goal", "status", "feedback", "result"] = ""
     """What of the action the element is; `message` is the type of the action."""
+    panel: Widget | None = None
+    """Of an element that the operator sets, and no plant."""
+
+    @property
+    def name(self) -> str:
+        """The element with its device: `irp.E.m.c_d`."""
+        return f"{self.device}.{self.element}"
 
 
 PLANT: Final = "plant"
@@ -405,6 +430,12 @@ class Plant:
     """What is really so, for requirements only."""
     ros2: Ros2 | None = None
     published: tuple[Published, ...] = ()
+
+    @property
+    def is_panel(self) -> bool:
+        """Whether the devices have nothing behind them but the operator's panel."""
+        has_parts = self.model or self.python or self.ros2
+        return not has_parts and bool(self.bindings) and all(b.panel for b in self.bindings)
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,10 +32,17 @@ class Draw:
         return next((unit for unit in units if unit != wanted), None)
 
 
-Subject = Literal["coordinate", "distance", "body", "joint", "samples", "measurement", "constant"]
+Subject = Literal[
+    "coordinate", "distance", "body", "joint", "samples", "measurement", "constant", "button",
+    "control",
+]  # fmt: skip
 """A coordinate of a joint, and how far from there; a body, a joint; an element of a device; a
-constant that may change.
+constant that may change; a button of the panel, and what else there is on it.
 """
+
+
+OF_ELEMENTS: tuple[Subject, ...] = ("samples", "measurement", "button", "control")
+"""Subjects that are elements of devices."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +89,11 @@ _ROWS = (
         neutral=(0, "by nothing", _WRONG), spoiled_by=("silent",)),
     Verb("adjust", "adjusted", "constant", "one",
         "Constants that are `live`, with the values that they get.", has_duration=False),
+    Verb("press", "pressed", "button", "none",
+        "Buttons of the panel: pressed once, or held if they are `hold`."),
+    Verb("turn", "turned", "control", "one",
+        "Elements of the panel, with the values that the operator gives them.",
+        has_duration=False),
 )  # fmt: skip
 VERBS = {row.name: row for row in _ROWS}
 """All that disturbances can do, in the order of their keys; runs have
@@ -91,12 +103,16 @@ VERBS = {row.name: row for row in _ROWS}
 
 @dataclass(frozen=True, slots=True)
 class DisturbanceAction:
-    """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`."""
+    """A verb and the name of its subject: a joint, a body, or `agent.R.device.element`.
+
+    It goes on for the duration of the disturbance if it `has_duration`.
+    """
 
     verb: str
     name: str
     numbers: tuple[Draw, ...]
     place: Place
+    has_duration: bool
 
 
 @dataclass(frozen=True, slots=True)

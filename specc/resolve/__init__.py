@@ -78,7 +78,7 @@ def resolve(
     library.agents, library.groups = tuple(spec.agents), groups
     definitions = replace(library, shared=True).definitions(file)
     agents, resolver = _agents(file, library, definitions, findings)
-    plant = _plant(file, library, definitions)
+    plant = _plant(file, library, definitions, agents)
     observed = {item.name for item in plant.observed} if plant else set()
     faulty = set(spec.plant.observe) - observed if spec.plant else set()
     expressions = Expressions(findings, definitions, broken=faulty)
@@ -133,7 +133,9 @@ def _report_lacking(file: Loaded, findings: Findings) -> None:
         findings.report("O0401", message, place, help="add `agents:`")
 
 
-def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | None:
+def _plant(
+    file: Loaded, library: Library, definitions: Definitions, agents: tuple[Agent, ...]
+) -> Plant | None:
     """Resolve the plant, if there is one; observed values and agents cannot share a name."""
     definition, top, findings = file.spec.plant, file.top, library.findings
     if definition is None:
@@ -141,7 +143,9 @@ def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | 
     model = definition.model
     if model:
         model = relative_path(beside(file.path, model), library.base)
-    plant = resolve_plant(definition, top["plant"], model, Expressions(findings, definitions))
+    plant = resolve_plant(
+        definition, top["plant"], model, agents, Expressions(findings, definitions)
+    )
     if plant.observed and PLANT in file.spec.agents:
         findings.report(
             "E0205",
@@ -163,6 +167,7 @@ def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> T
         definition,
         file.top["task"],
         tuple(formulas.world.agents),
+        formulas.world.plant,
         resolver.broken | resolver.faulty,
         Expressions(known.findings, known.definitions),
         resolver.library.set_values,

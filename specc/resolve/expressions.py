@@ -5,11 +5,12 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
@@ -30,6 +31,7 @@ from specc.lang import (
     parse_type,
 )
 from specc.lang.calls import names_of_parameters
+from specc.lang.values import Value
 from specc.limits import spend_or_raise
 from specc.model.expr import Expr, constant_names, has_unknown, is_live
 from specc.model.system import Constant
@@ -69,17 +71,29 @@ FIXED_INSTEAD = "write a number, or a constant without `live`"
 
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """Evaluate an expression over constants; raises ExprError if only a run can."""
+    number: float = _known(expr, constants, code, float)
+    return number
+
+
+def known_value(expr: Expr, constants: Mapping[str, Constant], code: str) -> Value:
+    """The value of an expression of any type, likewise."""
+    return _known(expr, constants, code, lambda value: value)
+
+
+def _known(
+    expr: Expr, constants: Mapping[str, Constant], code: str, convert: Callable[[Any], Any]
+) -> Any:
     if is_live(expr):
         message = "this is needed before a run, and depends on a constant that may change in one"
         raise ExprError(message, *expr.span, FIXED_INSTEAD, "E0344")
     try:
         count = partial(spend_or_raise, "folding")
-        value = float(evaluate(inlined(expr, constants), Environment(count=count)))
+        value = convert(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
         if constant_names(expr) and not isinstance(error, LookupError):
             raise ExprError("", *expr.span, code=FOLLOW_UP) from None  # they have no value
         value = math.nan
-    if math.isfinite(value):
+    if not isinstance(value, float) or math.isfinite(value):
         return value
     help = "write a number, or a constant that no operator computes"
     raise ExprError("the value is not known before a run", *expr.span, help, code)

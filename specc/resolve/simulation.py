@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, Scope
+from specc.lang.kinds import kind
 from specc.model.expr import Expr, Number, Truth
 from specc.model.fsm import Trace
 from specc.model.requirement import Requirement, has_future
-from specc.model.system import PLANT, Agent, Binding, Element, Plant, Published, Ros2, Subsystem
-from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Task, Verb
+from specc.model.system import (
+    PLANT,
+    Agent,
+    Binding,
+    Element,
+    Plant,
+    Published,
+    Ros2,
+    Subsystem,
+    Widget,
+)
+from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Subject, Task, Verb
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
-from specc.resolve.expressions import Expressions, known_number, rate_of
+from specc.resolve.expressions import Expressions, known_value, rate_of
 from specc.resolve.library import constant_scope
+from specc.resolve.panel import resolve_panel
 from specc.schema.desugar import Desugared
 from specc.schema.files import (
     BindingDef,
@@ -37,6 +49,7 @@ def resolve_task(
     definition: TaskDef,
     where: YamlNode,
     agents: tuple[Agent, ...],
+    plant: Plant | None,
     broken: Container[str],
     expressions: Expressions,
     given: SetValues,
@@ -51,7 +64,11 @@ def resolve_task(
         _look_up(definition, where, agents, expressions.findings)
     scene = definition.scene or SceneDef()
     starts = tuple(_starts(scene, where["scene"], expressions, given))
-    reader = _DisturbanceReader(condition, expressions)
+    reported, bindings = reported_elements(agents), plant.bindings if plant else ()
+    panel = {
+        b.name: (b.panel, reported[b.name]) for b in bindings if b.panel and b.name in reported
+    }
+    reader = _DisturbanceReader(condition, expressions, panel)
     at = where["disturb"]
     found = [reader.disturbance(item, at[i]) for i, item in enumerate(definition.disturb)]
     return Task(
@@ -142,13 +159,22 @@ def _starts(
             yield start
 
 
-def draw_of(name: str, item: DrawDef, at: YamlNode, expressions: Expressions) -> Draw | None:
-    """Resolve a number that is drawn, with its unit; None after reporting."""
+def draw_of(
+    name: str,
+    item: DrawDef,
+    at: YamlNode,
+    expressions: Expressions,
+    element: Element | None = None,
+) -> Draw | None:
+    """Resolve a number that is drawn, with its unit; None after reporting.
+
+    Values that an element gets may be truth values and members of enums.
+    """
     findings, texts = expressions.findings, list(_texts(item, at))
     if not texts or item.given_keys - {"for"} not in _GIVEN:
         findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
-    found = [_number(text, place, expressions) for text, place in texts]
+    found = [_number(text, place, expressions, element) for text, place in texts]
     known = [number for number in found if number is not None]
     if len(known) < len(found):
         return None
@@ -175,22 +201,27 @@ def _texts(item: DrawDef, at: YamlNode) -> Iterator[tuple[str, YamlNode]]:
         yield text, at["one_of"][index]
 
 
-def _number(text: str, at: YamlNode, expressions: Expressions) -> tuple[Expr, float, Unit] | None:
+def _number(
+    text: str, at: YamlNode, expressions: Expressions, element: Element | None
+) -> tuple[Expr, float, Unit] | None:
     """An expression with its value and unit; None after reporting."""
     definitions = expressions.definitions
-    expr = expressions.value(at, text, constant_scope(definitions), None)
+    declared = (None, None) if element is None else (element.type, element.place)
+    expr = expressions.value(at, text, constant_scope(definitions), *declared)
     if expr is None:
         return None
-    if not isinstance(expr.type, Real | Int):
+    if element is None and not isinstance(expr.type, Real | Int):
         help = "write a number with its unit, e.g. `0.3[m]`"
         expressions.findings.report("E0516", f"`{text}` is not a number", at.place, help=help)
         return None
     try:
-        value = known_number(expr, definitions.constants, "E0516")
+        value = known_value(expr, definitions.constants, "E0516")
     except ExprError as error:
         expressions.report(at, text, error)
         return None
-    return expr, value, expr.type.unit if isinstance(expr.type, Real) else DIMENSIONLESS
+    words = kind(expr.type).words(expr.type)
+    number = float(words.index(str(value)) if words else value)
+    return expr, number, expr.type.unit if isinstance(expr.type, Real) else DIMENSIONLESS
 
 
 # What happens to the plant while a run goes on.
@@ -202,6 +233,8 @@ class _DisturbanceReader:
 
     condition: ReadFormula
     expressions: Expressions
+    panel: Mapping[str, tuple[Widget, Element]]
+    """What is on the panel, with the elements that it sets, by their names."""
 
     def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
         """The resolved disturbance, or None after reporting."""
@@ -222,15 +255,15 @@ class _DisturbanceReader:
 
     def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
         """Report a disturbance that never begins, does nothing or has a useless duration."""
-        has_duration = any(verb.has_duration for verb, _ in found.actions_on())
+        has_duration = any(action.has_duration for action in found.actions)
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
         if not found.actions:
             way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not has_duration:
-            moves = any(verb.subject != "constant" for verb, _ in found.actions_on())
-            words = "what is moved stays there" if moves else "what is adjusted stays so"
+            last = [verb for verb, _ in found.actions_on()][-1]
+            words = _STAYS.get(last.subject, f"what is {last.participle} stays so")
             self._report(at["lasts"], words, "delete `lasts`")
         if found.every is not None:
             self._refuse_overlap(found.every, found.duration, has_duration, at)
@@ -262,12 +295,17 @@ class _DisturbanceReader:
         for verb in VERBS.values():
             given, own = getattr(item, verb.name), at[verb.name]
             for index, name in enumerate(given if verb.numbers == "none" else ()):
-                yield DisturbanceAction(verb.name, name, (), own[index].place)
+                place, lasts = own[index].place, verb.has_duration
+                if verb.subject == "button" and name in self.panel:
+                    lasts = self.panel[name][0].hold
+                yield DisturbanceAction(verb.name, name, (), place, lasts)
             for name, numbers in given.items() if verb.numbers != "none" else ():
                 drawn = tuple(self._numbers(verb, name, numbers, own[name]))
                 if verb.subject == "constant":
                     self._note_constant(name, own)
-                yield DisturbanceAction(verb.name, name, drawn, own[name].key)
+                yield DisturbanceAction(
+                    verb.name, name, drawn, own[name].key, has_duration=verb.has_duration
+                )
 
     def _note_constant(self, name: str, at: YamlNode) -> None:
         """Note the constant of that name; one that there is not is reported."""
@@ -281,12 +319,24 @@ class _DisturbanceReader:
         self, verb: Verb, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
     ) -> Iterator[Draw]:
         """The numbers of a subject, in the unit of the verb if that has one."""
+        if verb.subject == "control":
+            yield from self._turned(name, given, at)
+            return
         several = [given] if isinstance(given, DrawDef) else given
         for index, item in enumerate(several):
             part = f".{'xyz'[index]}" if verb.numbers == "force" else f"[{index}]"
             called = name + part if len(several) > 1 else name
             place = at[index] if several is given else at
             draw = self._draw(called, item, verb.unit, place)
+            if draw is not None:
+                yield draw
+
+    def _turned(
+        self, name: str, given: DrawDef | Sequence[DrawDef], at: YamlNode
+    ) -> Iterator[Draw]:
+        """The value that an element of the panel gets; none of what is not there, as checks say."""
+        if name in self.panel and isinstance(given, DrawDef):
+            draw = draw_of(name, given, at, self.expressions, self.panel[name][1])
             if draw is not None:
                 yield draw
 
@@ -319,6 +369,14 @@ class _DisturbanceReader:
         self.expressions.findings.report("E0517", message, at.place, help=help)
 
 
+_STAYS: dict[Subject, str] = {
+    "coordinate": "what is moved stays there",
+    "distance": "what is moved stays there",
+    "button": "a button without `hold` is pressed once",
+}
+"""Why what is done to a subject has no duration."""
+
+
 def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
     """Why no action can follow a formula at once, and a help text; None if one can."""
     if trigger.holds_always:
@@ -329,15 +387,27 @@ def why_untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] 
     return None
 
 
+def reported_elements(agents: Iterable[Agent]) -> dict[str, Element]:
+    """What devices report, by its name: `irp.R.k.I`."""
+    devices = (device for agent in agents for device in agent.devices)
+    return {f"{d.qualified_name}.{element.name}": element for d in devices for element in d.y}
+
+
 def resolve_plant(
-    definition: PlantDef, where: YamlNode, model: str, expressions: Expressions
+    definition: PlantDef,
+    where: YamlNode,
+    model: str,
+    agents: tuple[Agent, ...],
+    expressions: Expressions,
 ) -> Plant:
     """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
-    bindings = []
+    bindings, reported = [], reported_elements(agents)
     for name, item in definition.bind.items():
         at = where["bind"][name]
         device, _, element = name.rpartition(".")
         binding = _binding(device, element, item, at, expressions)
+        panel = resolve_panel(item, at, reported.get(name), expressions)
+        binding = replace(binding, panel=panel)
         # A message comes when its sender sends one.
         always = (
             definition.ros2 is not None
@@ -354,13 +424,6 @@ def resolve_plant(
             observed.append(Element(name, type_, None, "", Trace(), at.key))
             bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
     kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
-    if not kinds:
-        message = "missing key `model` in `plant`"
-        expressions.findings.report("E0102", message, where.key, help=_KINDS)
-    elif len(kinds) > 1:
-        message = f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both"
-        help = "keep the one that this system runs with"
-        expressions.findings.report("E0104", message, where[kinds[1]].key, help=help)
     ros2 = None
     if definition.ros2 is not None:
         ros2 = _ros2(definition.ros2, where["ros2"], expressions)
@@ -370,7 +433,15 @@ def resolve_plant(
         Published(name, where["publish"][index].place)
         for index, name in enumerate(definition.publish)
     )
-    return Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
+    plant = Plant(model, python, tuple(bindings), place, tuple(observed), ros2, published)
+    if not kinds and not plant.is_panel:
+        message = "missing key `model` in `plant`"
+        expressions.findings.report("E0102", message, where.key, help=_KINDS)
+    elif len(kinds) > 1:
+        message = f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both"
+        help = "keep the one that this system runs with"
+        expressions.findings.report("E0104", message, where[kinds[1]].key, help=help)
+    return plant
 
 
 _KINDS = (

@@ -23,6 +23,7 @@ from specc.schema.keys import (
     MessageName,
     Name,
     NodeName,
+    PanelKey,
     PythonPath,
     RangeText,
     RateText,
@@ -162,7 +163,7 @@ class TfDef(SpecModel):
 class BindingDef(
     ReadingDef,
     first="for topic tf action type part actuators joints sensors camera image rate sporadic "
-    "max_gap through",
+    "max_gap through panel hold range init key",
 ):
     """What stands behind one element of a device in the plant."""
 
@@ -182,6 +183,16 @@ class BindingDef(
     noise: Annotated[list[ConstantText], ListForm(single=(str, int, float, bool))] = key(
         [], "Standard deviation per sensor, or `kinect` for a depth image."
     )
+    panel: Literal["", "button", "switch", "slider", "choice", "number"] = key(
+        "", "What of the operator's panel sets the element."
+    )
+    hold: bool = key(False, "Whether a button is true while it is held.")
+    range: Annotated[
+        list[ConstantText],
+        ListForm(min_length=2, max_length=2, help="write the least and the greatest value"),
+    ] = key([], "The least and the greatest value of a slider or a number of the panel.")
+    init: ConstantText | None = key(None, "The value until the operator gives another one.")
+    key: PanelKey = key("", "Key of a terminal that operates it, e.g. `s`.")
 
 
 class Ros2Def(SpecModel, first="node python wait use_sim_time frames"):

@@ -389,6 +389,12 @@ def message_fault(value: str) -> Fault | None:
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 
 
+def _panel_key_fault(value: str) -> Fault | None:
+    if len(value) == 1 and value.isprintable() and not value.isspace():
+        return None
+    return "is not a key that a terminal has", "write one character, e.g. `s`"
+
+
 def _quantity(about: str, *examples: str) -> Text:
     """A text kind for a number with its unit."""
     return Text(about=about, quantity=True, examples=examples)
@@ -476,6 +482,7 @@ MessageName = Annotated[
         examples=("sensor_msgs/JointState", "std_msgs/Float64MultiArray"),
     ),
 ]
+PanelKey = Annotated[str, Text(scalars=True, fault=_panel_key_fault, examples=("s", "1"))]
 PythonPath = Annotated[
     str,
     Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_path_fault),

@@ -8,6 +8,7 @@ ASKED = {
     "lower/terms.py": "of operands and constants, terms",
     "mjcf/model.py": "of a joint",
     "resolve/library.py": "of a constant",
+    "resolve/panel.py": "of what an operator sets",
 }
 """Other modules in which something has a range."""
 

@@ -54,6 +54,12 @@ def _hang() -> None:
         time.sleep(0.001)
 
 
+def _persist() -> None:
+    while True:
+        with suppress(BaseException):
+            time.sleep(0.001)
+
+
 def _hold() -> None:
     print("holding", file=sys.stderr, flush=True)
     sum(range(10**12))  # nobody else gets the interpreter
@@ -96,6 +102,7 @@ _MISDEEDS = {
     "interrupt": _interrupt,
     "leave": lambda: os._exit(3),
     "hang": _hang,
+    "persist": _persist,
     "slow": lambda: time.sleep(0.15),
     "sleep": lambda: time.sleep(1000),
     "hold": _hold,

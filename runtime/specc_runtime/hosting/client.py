@@ -360,7 +360,7 @@ def reading_periods(system: System) -> dict[str, float]:
         periods |= dict.fromkeys((b.name for b in system.plant.observed), system.tick_s)
     return {
         binding.name: 1.0 / binding.rate_hz if binding.rate_hz else periods[binding.name]
-        for binding in (*system.plant.sensors, *system.plant.observed)
+        for binding in (*system.plant.measured, *system.plant.observed)
         if binding.name in periods
     }
 

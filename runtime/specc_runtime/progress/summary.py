@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import inf
 from typing import Any
@@ -13,8 +14,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from specc_runtime.changes import PROGRAM, TASK
 from specc_runtime.faults import text_of
-from specc_runtime.live import PROGRAM
 from specc_runtime.printing import harmless, visible
 from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
@@ -70,6 +71,9 @@ def _show(report: Report, console: Console) -> None:
         if change["by"] == PROGRAM:
             words = f"set to {change['value']:g} at {change['time_s']:.3f} s"
             console.print(f"{_safe(change['constant'])} {words}", highlight=False, soft_wrap=True)
+    if operations := Counter(each["by"] for each in report.panel if each["by"] != TASK):
+        by = ", ".join(f"{count} by {_safe(who)}" for who, count in operations.items())
+        console.print(f"operations of the panel: {by}", highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
     if stop := report.stop_when:
         met_s = stop["met_s"]

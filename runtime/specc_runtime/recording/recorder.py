@@ -9,10 +9,10 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import View
 from specc_runtime.examination import shortcomings
-from specc_runtime.live import Change
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
 from specc_runtime.plant import Posed
@@ -61,7 +61,7 @@ class SnapshotRecorder:
         """See `specc_runtime.companion.Recording`."""
         self._snapshots.keep(time_s, saved)
 
-    def changed(self, change: Change, time_s: float) -> None:
+    def changed(self, change: Event, time_s: float) -> None:
         """See `specc_runtime.companion.Recording`."""
         self._snapshots.changed(change, time_s)
 

@@ -10,18 +10,21 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from specc_runtime.changes import TASK, Event
 from specc_runtime.companion import View
 from specc_runtime.forms import Aside, Layout, Misshapen, NotRecorded, object_schema
-from specc_runtime.live import PROGRAM, Change, change_of
+from specc_runtime.live import Change, change_of
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
+from specc_runtime.panel import Operation, operation_of
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.cells import VALUE, VALUE_SCHEMA, Shelf, digest_of
+from specc_runtime.recording.log import Channel as LogChannel
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.messages import (
     Shelved,
@@ -36,10 +39,10 @@ from specc_runtime.session import Session
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 
-SNAPSHOTS, PIECES, CHANGES = "/snapshot", "/snapshot/values", "/constants"
+SNAPSHOTS, PIECES, CHANGES, PANEL = "/snapshot", "/snapshot/values", "/constants", "/panel"
 _MAPPINGS = (
     *("subsystems", "stamps", "late", "ages", "sensors", "commands", "tallies", "task"),
-    *("unobserved", "scene", "live"),
+    *("unobserved", "scene", "live", "panel"),
 )
 _SCHEMA = object_schema(
     {
@@ -60,6 +63,14 @@ _CHANGE_SCHEMA = object_schema(
         "by": {"type": "string", "description": "the program, or a disturbance of the task"},
     }
 )
+_OPERATION_SCHEMA = object_schema(
+    {
+        "tick": {"type": "integer"},
+        "element": {"type": "string"},
+        "value": {"description": "a number, true or false, or the name of a member"},
+        "by": {"type": "string", "description": "the page, keys, a program, or the task"},
+    }
+)
 _LATEST = 1000
 """Snapshots that are searched for the last complete one."""
 _MOST_TRIES = 10
@@ -69,6 +80,7 @@ _MOST_LOST = 200
 _BYTES_A_SECOND = 10_000
 """Average bytes of snapshots in a simulated second; a snapshot waits until they are due."""
 _EARLIER_S = 1e-6
+_Event = TypeVar("_Event", Change, Operation)
 _MOST_DIGITS = 4000
 """Digits of a seed; Python reads no more."""
 WRONG = (
@@ -87,15 +99,16 @@ class Snapshots(Shelf):
         self._next_s = 0.0
         self._values = Values(system, layouts, self)
         self._messages = log.channel(SNAPSHOTS, "specc.Snapshot", _SCHEMA, is_apart=True)
-        self._changes = (
-            log.channel(CHANGES, "specc.Change", _CHANGE_SCHEMA) if system.live else None
-        )
+        self._changes: dict[type[Event], LogChannel] = {}
+        if system.live:
+            self._changes[Change] = log.channel(CHANGES, "specc.Change", _CHANGE_SCHEMA)
+        if system.panel:
+            self._changes[Operation] = log.channel(PANEL, "specc.Operation", _OPERATION_SCHEMA)
         self._pieces = log.channel(PIECES, VALUE_SCHEMA, VALUE, is_apart=True)
 
-    def changed(self, change: Change, time_s: float) -> None:
-        """Write that a constant has changed."""
-        if self._changes is not None:
-            self._changes.add(time_s, dumped(asdict(change)))
+    def changed(self, change: Event, time_s: float) -> None:
+        """Write that a constant has changed, or that the panel is operated."""
+        self._changes[type(change)].add(time_s, dumped(asdict(change)))
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
         """Write a snapshot, or the reason why there is none, unless it is too early."""
@@ -139,6 +152,8 @@ class Snapshot:
     texts: dict[str, str] = field(default_factory=dict)
     changes: Sequence[Change] = ()
     """Those that the program of the recorded run made between the snapshot and the moment."""
+    operations: Sequence[Operation] = ()
+    """Those of the panel that were made then, but for those of the task."""
     is_other: bool = False
     """Whether the run that goes on has another specification, or other constants."""
 
@@ -158,6 +173,7 @@ class Snapshot:
 
     def take(self, session: Session, system: System) -> None:
         """Replace the snapshot by the present state of a run with no step under way."""
+        self.changes, self.operations = (), ()
         if not session.time_s:
             self.saved = None
             return
@@ -172,7 +188,7 @@ class Snapshot:
         Raises UsageError, also if the run would end before the requested moment.
         """
         lost = self._restored(session, system) if self.saved else []
-        session.schedule(self.changes)
+        session.schedule(self.changes, self.operations, self.until_s)
         if over := _over(session.view(), self.until_s):
             more = (
                 "--cycles and --duration count from the beginning of the recorded run, ask for more"
@@ -284,21 +300,28 @@ def _last_before(file: Path, until_s: float) -> Snapshot:
             if snapshot.shelf.is_whole or not tries:
                 break
         snapshot.missing = str(data.get("missing"))
-    snapshot.changes = _program_changes(file, snapshot, budget)
+    snapshot.changes = _made_since(snapshot, file, CHANGES, change_of, budget)
+    snapshot.operations = _made_since(snapshot, file, PANEL, operation_of, budget)
     return snapshot
 
 
-def _program_changes(file: Path, snapshot: Snapshot, budget: Budget) -> list[Change]:
-    """The changes of constants since a snapshot that nothing makes again. Raises Unusable."""
-    begin, found = snapshot.saved["tick"] if snapshot.saved else 0, list[Change]()
-    for record in _of_topic(RecordFile(file, {CHANGES}, budget), CHANGES):
+def _made_since(
+    snapshot: Snapshot,
+    file: Path,
+    topic: str,
+    of_data: Callable[[Any], _Event],
+    budget: Budget,
+) -> list[_Event]:
+    """What was changed from outside since a snapshot, which nothing does again. Raises Unusable."""
+    begin, found = snapshot.saved["tick"] if snapshot.saved else 0, list[_Event]()
+    for record in _of_topic(RecordFile(file, {topic}, budget), topic):
         if isinstance(record, Message) and record.log_time < (snapshot.until_s - _EARLIER_S) * 1e9:
             try:
-                change = change_of(loaded(record.data))
+                event = of_data(loaded(record.data))
             except (KeyError, TypeError, ValueError) as error:
-                raise Unusable(f"{file}: a change of a constant is damaged") from error
-            if change.tick >= begin and change.by == PROGRAM:
-                found.append(change)
+                raise Unusable(f"{file}: a message of {topic} is damaged") from error
+            if event.tick >= begin and event.by != TASK:
+                found.append(event)
     return found
 
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, Literal
 
+from specc.analysis.plant import widget_text
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.model.expr import Node
@@ -17,6 +18,7 @@ from specc.model.requirement import FormulaLet, Requirement
 from specc.model.system import (
     PLANT,
     Agent,
+    Binding,
     Constant,
     Device,
     Element,
@@ -258,6 +260,11 @@ def _compare_observed(diff: SystemDiff, _: PartLog, old: Plant, new: Plant) -> N
         diff.log.part("binding", f"{PLANT}.{name}").changed("type", before[name], after[name])
 
 
+def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
+    texts = ("none" if each.panel is None else widget_text(each.panel) for each in (old, new))
+    part.changed("panel", *texts)
+
+
 _Meaning = tuple[object, str, frozenset[str]]
 """A meaning, its text, and the names for parts of formulas in the text."""
 _NONE: _Meaning = None, "none", frozenset()
@@ -459,6 +466,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
         "observed": _compare_observed,
     },
+    Binding: {"panel": _compare_panel},
     Task: {"disturbances": _compare_task},
     FormulaLet: {"formula": _compare_formula, "value": None},
 }

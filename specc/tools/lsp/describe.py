@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
+from specc.analysis.plant import widget_text
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.phrases import join_some, truncate
 from specc.lang import show
@@ -35,7 +36,8 @@ def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> 
     title, trace = title_of(symbol, node), trace_of(node)
     sentence = f"{title} ({trace})" if title and trace else title or trace
     body = [f"`{_short(line)}`" for line in _definition(symbol, node)]
-    facts = [*_ends(symbol), *type_words(shown, _frames(index))]
+    panel = [f"on the operator's panel: {widget_text(symbol.panel)}"] if symbol.panel else []
+    facts = [*_ends(symbol), *panel, *type_words(shown, _frames(index))]
     paragraphs = [head, sentence, "  \n".join(body), "  \n".join(facts)]
     return "\n\n".join(filter(None, paragraphs))
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from specc.lang import ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.model.expr import Expr, walk
-from specc.model.system import System
+from specc.model.system import System, Widget
+from specc.model.task import OF_ELEMENTS
 from specc.model.types import Bool, Type
 from specc.model.wires import Wire, Wires
 from specc.reachable import grouped, reachable
@@ -46,6 +47,8 @@ class Symbol:
     error conditions of several states that a row names by one name."""
     namesakes: tuple[Symbol, ...] = ()
     """Others that have the same name because one is found by the name of the other."""
+    panel: Widget | None = None
+    """What of the operator's panel sets it."""
 
     @property
     def declarations(self) -> tuple[Symbol, ...]:
@@ -151,10 +154,13 @@ class Index:
         self._peers: dict[SymbolKey, SymbolKey] = {}
         """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
         self._bindings: dict[SymbolKey, SymbolKey] = {}
+        self._disturbed: list[tuple[Place, SymbolKey]] = []
+        """Where disturbances name elements of devices, with the keys of these."""
         self._occurrences: dict[str, tuple[Occurrence, ...]] = {}
         if system is not None:
             self._add_types(system)
             self._connect(system)
+            self._bind(system)
         for file in self.files.values():
             self._tie_devices(file)
         self._join_errors()
@@ -179,7 +185,7 @@ class Index:
                 symbol.type = type_
 
     def _connect(self, system: System) -> None:
-        """Join the ends of connections, and bindings to the elements of devices."""
+        """Join the ends of connections."""
         wires = Wires(system.agents)
         for subsystem in system.subsystems:
             for port in subsystem.ports:
@@ -200,13 +206,22 @@ class Index:
                     near, end = self.symbol_at(key_of(element.place)), far.get(element.name)
                     if near and end and near is not end:
                         near.join(end)
+
+    def _bind(self, system: System) -> None:
+        """Join bindings and disturbances to the elements of devices."""
+        wires = Wires(system.agents)
         for binding in system.plant.bindings if system.plant else ():
             device = wires.devices.get(binding.device)
             for element in (*device.x, *device.y) if device else ():
                 if element.name == binding.element:
                     self._bindings[key_of(binding.place)] = key_of(element.place)
                     if symbol := self.symbol_at(key_of(element.place)):
-                        symbol.type = element.type
+                        symbol.type, symbol.panel = element.type, binding.panel
+        reported = {f"{d.qualified_name}.{e.name}": e for d in system.devices for e in d.y}
+        for disturbance in system.task.disturbances if system.task else ():
+            for _, action in disturbance.actions_on(*OF_ELEMENTS):
+                if action.name in reported:
+                    self._disturbed.append((action.place, key_of(reported[action.name].place)))
 
     def _share(self, here: Place, element: Symbol) -> None:
         """Let a buffer have an element of its interface, as if it stood there."""
@@ -381,16 +396,25 @@ class Index:
                     symbol = self.symbol_at(self._peers.get((source.path, route)))
                     if symbol is not None:
                         yield symbol, Place(source.path, route, "key"), None, None
-                case ("plant", "bind", str(name)) if len(parts := [*_PART.finditer(name)]) == 4:
-                    element = self.symbol_at(self._bindings.get((source.path, route)))
-                    owner = (element.place.file, element.owner) if element else None
-                    agents = self.system.agents if self.system else ()
-                    agent = next((key_of(a.place) for a in agents if a.name == parts[0][0]), None)
-                    named = self.symbol_at(agent), None, self.symbol_at(owner), element
-                    for part, symbol in zip(parts, named, strict=True):
-                        if symbol is not None:
-                            place = Place(source.path, route, "key", *part.span())
-                            yield symbol, place, None, None
+                case ("plant", "bind", str(name)):
+                    element = self._bindings.get((source.path, route))
+                    yield from self._of_device(Place(source.path, route, "key"), name, element)
+        for place, element in self._disturbed:
+            if place.file == source.path:
+                yield from self._of_device(place, source.scalar(place) or "", element)
+
+    def _of_device(self, place: Place, text: str, key: SymbolKey | None) -> Iterator[_Name]:
+        """What the parts of `irp.E.m.c_d` stand for, with the key of the element if it is known."""
+        parts = [*_PART.finditer(text)]
+        if len(parts) == 4:
+            element = self.symbol_at(key)
+            owner = (element.place.file, element.owner) if element else None
+            agents = self.system.agents if self.system else ()
+            agent = next((key_of(a.place) for a in agents if a.name == parts[0][0]), None)
+            named = self.symbol_at(agent), None, self.symbol_at(owner), element
+            for part, symbol in zip(parts, named, strict=True):
+                if symbol is not None:
+                    yield symbol, replace(place, start=part.start(), end=part.end()), None, None
 
 
 _Name = tuple[Symbol, Place, Place | None, Type | None]

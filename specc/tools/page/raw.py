@@ -82,6 +82,12 @@ class RawContent:
                 found[name] = "" if data is None else truncate(json.dumps(data), _LONGEST_VALUE)
         return found
 
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """See `Content`."""
+        return {}
+
     def flow(self, steps: SeenSteps) -> list[str]:
         """See `Content`."""
         return []

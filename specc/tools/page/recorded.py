@@ -16,7 +16,7 @@ from specc.refusal import Refused
 from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Message
-from specc.tools.page.moments import flow_of, series_of, states_of, values_of
+from specc.tools.page.moments import flow_of, frames_of, series_of, states_of, values_of
 from specc.tools.page.server import Asset
 from specc.tools.plot.sheet import Band, merge_short_spans
 from specc.tools.why.lines import Explainer
@@ -47,6 +47,11 @@ class Content(Protocol):
     ) -> dict[str, str]:
         """The texts of these signals, or of all."""
 
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """The poses among these signals, see `moments.frames_of`."""
+
     def flow(self, steps: SeenSteps) -> list[str]:
         """The arcs on which something went."""
 
@@ -75,6 +80,12 @@ class SpecifiedContent:
     ) -> dict[str, str]:
         """See `Content`."""
         return values_of(self._description, steps, plant, names)
+
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """See `Content`."""
+        return frames_of(self._description, steps, plant, names)
 
     def flow(self, steps: SeenSteps) -> list[str]:
         """See `Content`."""
@@ -245,6 +256,7 @@ class RecordedRun:
             "time_s": at_s,
             "states": states,
             "values": self._content.values(steps, plant, signals),
+            "frames": self._content.frames(steps, plant, signals),
             "requirements": self._recording.ask("requirements_at", at_s) or [],
             "poses": self._poses_at(at_s),
             "flow": self._content.flow(steps),

@@ -32,6 +32,7 @@ SPECS = (
     "specs/architectures/services.yaml",
     "specs/irp_picking.yaml",
     "tests/tools/modes.yaml",
+    "tests/cases/plant/ok-panel.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/structure/ok-silence.yaml",
@@ -86,6 +87,7 @@ NOT_COMPARED = {
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
     "Draw.values": "the texts that they come from are compared",
+    "DisturbanceAction.has_duration": FOLLOWS,
 }
 _PLACES = ("place",)
 _OF_MODEL = "specc.model."
