@@ -19,6 +19,7 @@ from specc.cli.view import recorded_run
 from tests.commands import ROOT, specc
 from tests.page.browser import Page
 from tests.page.recordings import KEPT, forged_run, opened, served, why_text
+from tests.page.runs import LIT, TIME
 from tests.recording.runs import CONVEYOR, messages
 from tests.recording.test_damage import _damaged_at
 from tests.recording.test_why_told import MOVING, _changed
@@ -265,9 +266,6 @@ def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
 
 # In the browser.
 
-LIT = "[...document.querySelectorAll('#states .lit')].map((each) => each.id)"
-TIME = "parseFloat(document.getElementById('time').textContent)"
-
 
 def test_the_page_shows_where_a_machine_was(page: Page) -> None:
     with served(KEPT) as run:
@@ -275,8 +273,8 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         page.open(run.url)
         page.wait_for("document.querySelectorAll('.bands .band').length == 5")
         page.wait_for("document.querySelector('#source').innerText.includes('conveyor_gate.mcap')")
-        page.evaluate("document.querySelector('input.cursor').value = 3.1")
-        page.evaluate("document.querySelector('input.cursor').dispatchEvent(new Event('input'))")
+        page.evaluate("const slider = document.querySelector('input.cursor'); slider.value = 3.1;"
+                      "slider.dispatchEvent(new Event('input'))")  # fmt: skip
         page.wait_for(f"{TIME} == 3.1")
         done = specc("why", f"{KEPT}@3.1", "--spec", CONVEYOR)
         shown = "[...document.querySelectorAll('#machines > *')].map((each) => each.innerText)"
@@ -284,9 +282,8 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         page.wait_for(f"{shown}.join(' ').includes('{states['gate.c']}')")
         found = " ".join(page.evaluate(shown)).split()
         assert {found[found.index(name) + 1] == state for name, state in states.items()} == {True}
-        lit = page.wait_for(f"{LIT}.length == 1 && {LIT}[0]")
         chosen = page.evaluate("document.querySelector('#machines [aria-selected=true]').innerText")
-        assert lit.endswith(f"-s-{states[chosen.split()[0]]}")
+        page.wait_for(f"{LIT} == '{states[chosen.split()[0]]}'")
         assert page.errors() == []
         assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{run.port}"}
 
