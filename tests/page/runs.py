@@ -87,3 +87,14 @@ def wait_paused(page: Page, state: str) -> float:
     page.wait_for(f"{LIT} == '{state}' && {STATUS} == 'paused'", END_S)
     time_s: float = page.evaluate(TIME)
     return time_s
+
+
+def set_speed(page: Page, value: str) -> None:
+    """Choose a speed in the page."""
+    page.evaluate(
+        f"""(() => {{
+            const speed = document.getElementById("speed");
+            speed.value = "{value}";
+            speed.dispatchEvent(new Event("change"));
+        }})()"""
+    )

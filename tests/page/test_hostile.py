@@ -52,7 +52,6 @@ def test_titles_are_texts(title: str, tmp_path: Path) -> None:
                 "text",
                 "tspan",
                 "polyline",
-                "tspan",
                 "ellipse",
                 "title",
                 "a",
