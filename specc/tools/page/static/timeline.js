@@ -12,6 +12,8 @@ const THUMB = 16;
 const AXIS = 32;
 const LETTER = 6.4;
 /** Width of a letter of labels, about. */
+const LOW = 800;
+/** Of a window whose bands are narrow. */
 const SHORTEST_S = 0.02;
 /** Of what zooming shows. */
 const TICKS = [1, 2, 5];
@@ -140,8 +142,8 @@ function layout() {
   const left = NARROW.matches ? 92 : 204;
   const [begin_s, end_s] = visible();
   const scale = (width - left - RIGHT) / (end_s - begin_s);
-  const many = page.hello.machines.length > 7;
-  const height = many ? 14 : 18;
+  const is_dense = page.hello.machines.length > 7 || innerHeight < LOW;
+  const height = is_dense ? 14 : 18;
   const x = (time_s) => left + (time_s - begin_s) * scale;
   const time = (at) => Math.max(begin_s, Math.min(end_s, begin_s + (at - left) / scale));
   return { width, left, begin_s, end_s, scale, x, time, height, step: height + 3 };

@@ -11,7 +11,6 @@ const SOON_MS = 100;
 /** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
-const NEED = /, needs |: apart by /;
 const TIME = /^([\d.e+-]+) s\s+/;
 
 const asking = new Question("why");
@@ -158,7 +157,8 @@ function unbroken(text) {
 }
 
 function splitNeed(text) {
-  const at = text.search(NEED);
+  const sign = text.includes(" is not near ") ? ": apart by " : ", needs ";
+  const at = text.indexOf(sign);
   return at < 0 ? [text, ""] : [`${text.slice(0, at)} `, text.slice(at + 2)];
 }
 
