@@ -80,7 +80,8 @@ class Page:
         self._parts = Parts(subsystems, layouts, requirements)
         self._feed = Feed(self._link, self.control, options, system, layouts, plant, clock)
         self._feed.watch(self._watched)
-        self._break({"breakpoints": self._breakpoints})
+        if not options.real_time:
+            self._break({"breakpoints": self._breakpoints})
         return self._feed
 
     def begin(self, run: Run) -> None:
