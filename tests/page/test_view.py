@@ -313,3 +313,24 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
         page.open(run.url)
         page.wait_for("document.querySelector('#notices')?.innerText.includes('it was cut after')")
         assert page.errors() == []
+
+
+@pytest.mark.long
+def test_the_flagship_with_and_without_its_specification(tmp_path: Path) -> None:
+    """Its conditions call operators, and its poses, images and chains are of all kinds."""
+    file, spec = tmp_path / "run.mcap", Path("specs/irp_picking.yaml")
+    assert specc("run", spec, "--duration", 4, "--record", file).returncode == 0
+    run, own, unknown = opened(file), opened(file, spec), 0
+    for number, time_s in enumerate(_moments(7, 4.0)):
+        shown = run.moment(time_s, None)
+        assert shown == own.moment(time_s, None)
+        machine = sorted(shown["states"])[number % len(shown["states"])]
+        done = specc("why", f"{file}@{time_s}", machine, "--spec", spec)
+        assert why_text(own, machine, time_s) == done.stdout
+        without = why_text(run, machine, time_s)
+        unknown += "operators are not called without --spec" in without
+        truths = [line.split("  (")[0] for line in done.stdout.splitlines() if ": True" in line]
+        assert all(line in without for line in truths if line.strip().startswith("row"))
+    assert unknown
+    cameras = run.hello()["cameras"]
+    assert len(cameras) == 2 and all(run.picture(camera, 2.0) for camera in cameras)

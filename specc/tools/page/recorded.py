@@ -26,7 +26,7 @@ SeenSteps = Mapping[str, Any]
 
 _MOST_SPANS = 3000
 """Of a machine that are shown one by one."""
-_MOST_DECODED = 10_000
+_MOST_DECODED = 5000
 """Messages of a series; of more, every second one is left out, and so on."""
 _LONGEST_WINDOW_S = 600.0
 _AT_ONCE_S, _BETWEEN_S = 0.03, 0.001
