@@ -17,6 +17,7 @@ from tests.page.looks import FAINT, OUTSIDE, SIDEWAYS
 from tests.page.runs import END_S, LIT, STATUS, TIME, PageRun, page_run, set_speed, wait_paused
 
 GATE = "specs/conveyor_gate.yaml"
+KEPT = "tests/recording/conveyor_gate.mcap"
 MACHINE = "gate.c"
 PERIOD_S = 0.05
 HOSTILE = "<img src=x onerror=evil()></text></svg><script>evil()</script>"
@@ -202,3 +203,32 @@ def test_the_keyboard_is_enough(page: Page, stopped: PageRun) -> None:
     assert {("toolbar", "Control of the run"), ("tablist", "Machines")} <= roles
     page.evaluate("document.querySelector('#states .row').classList.add('flash')")
     assert page.evaluate("document.getAnimations().length") == 0
+
+
+# A recording.
+
+
+def test_dragging_through_a_recording_ends_where_it_stops(page: Page, tmp_path: Path) -> None:
+    """However many moments were asked for on the way."""
+    scrub = """(async () => {
+        const slider = document.querySelector("input.cursor");
+        for (let number = 0; number <= 40; number += 1) {
+            slider.value = 1 + (number * 37) % 41 / 10;
+            slider.dispatchEvent(new Event("input"));
+            await new Promise((done) => setTimeout(done, 25));
+        }
+    })()"""
+    with page_run(tmp_path, "view", KEPT) as run:
+        page.open(run.url)
+        page.wait_for(f"{LIT}.length")
+        page.evaluate(scrub)
+        last_s = 1 + 40 * 37 % 41 / 10
+        page.wait_for(f"{TIME} == {last_s}")
+        done = specc("why", f"{KEPT}@{last_s}", MACHINE, "--spec", GATE)
+        state = done.stdout.partition(": in ")[2].split()[0]
+        page.wait_for(f"{LIT} == '{state}'")
+        lines = "[...document.querySelectorAll('#reasons .line.condition .text')]"
+        told = json.dumps(done.stdout)
+        page.wait_for(f"{lines}.length && {lines}.every(e => {told}.includes(e.textContent))")
+        assert_legible(page, "dark")
+        assert page.errors() == []
