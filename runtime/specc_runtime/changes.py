@@ -21,11 +21,11 @@ class Event:
 E = TypeVar("E", bound=Event)
 
 
-class Changes(Generic[E]):
-    """Events of one kind: those that are asked for, and those that were `made`."""
+class EventQueue(Generic[E]):
+    """Events of one kind: those that are asked for, and the `history` of those that took effect."""
 
     def __init__(self) -> None:
-        self.made: list[E] = []
+        self.history: list[E] = []
         self._waiting: deque[E] = deque()
 
     def ask(self, event: E) -> None:
@@ -41,7 +41,7 @@ class Changes(Generic[E]):
                 self._waiting.append(event)
             else:
                 due.append(replace(event, tick=tick))
-        self.made += due
+        self.history += due
         return due
 
 
@@ -53,14 +53,14 @@ def number_within(
     if type(value) is bool or not isinstance(value, allowed):
         what = "a whole number" if whole else "a number"
         raise ValueError(f"{name} is {what}, and not {value!r}")
-    given = cast(float, value)
+    exact = cast(float, value)
     try:
-        number = float(given)
+        number = float(exact)
     except OverflowError:
-        number = math.copysign(math.inf, 1 if given > 0 else -1)
+        number = math.copysign(math.inf, 1 if exact > 0 else -1)
     if not least <= number <= greatest:
         unit = f" {unit}" if unit else ""
         raise ValueError(
             f"{name} is not {number:g}{unit}: its range is {least:g} to {greatest:g}{unit}"
         )
-    return given if whole else number
+    return exact if whole else number

@@ -325,12 +325,12 @@ class Executor:
                 elif hasattr(part, name):
                     delattr(part, name)
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str = PROGRAM) -> None:
         """Change a constant that may change; all subsystems see it from the next base tick on.
 
         Raises ValueError for another constant, and for a value that is not within its range.
         """
-        self.live.ask(name, value, PROGRAM)
+        self.live.ask(name, value, by)
 
     def adjust(self, values: Mapping[str, float]) -> None:
         """Change constants as the task says."""
@@ -355,9 +355,9 @@ class Executor:
             if not self.panel.elements[name].hold:
                 self.panel.operate(name, True, TASK)
 
-    def hold(self, name: str, held: bool) -> None:
+    def hold(self, name: str, is_held: bool) -> None:
         """Hold a button as the task says from now on, or not any more."""
-        self.panel.hold_by_task(name, held)
+        self.panel.hold_by_task(name, is_held)
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""

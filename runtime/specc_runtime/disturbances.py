@@ -48,7 +48,7 @@ class DeviceReaders(Protocol):
     def press(self, names: Iterable[str]) -> None:
         """Press buttons of the panel, but for those that are held."""
 
-    def hold(self, name: str, held: bool) -> None:
+    def hold(self, name: str, is_held: bool) -> None:
         """Hold a button of the panel from now on, or not any more."""
 
     def turn(self, values: Mapping[str, float]) -> None:

@@ -48,10 +48,10 @@ def keys_of(elements: Sequence[PanelElement]) -> dict[str, PanelElement]:
         raise UsageError(
             "--keys: there is no panel; bind elements of a real receptor with `panel:`"
         )
-    if held := [element.name for element in elements if element.hold]:
+    if buttons := [element.name for element in elements if element.hold]:
         raise UsageError(
-            f"--keys: {', '.join(held)} has to be held, and a terminal does not tell when a key is "
-            "released; operate the panel in the page (--ui)"
+            f"--keys: {', '.join(buttons)} has to be held, and a terminal does not tell when a key "
+            "is released; operate the panel in the page (--ui)"
         )
     keys = {element.key: element for element in elements if element.key}
     for element in elements:
@@ -171,9 +171,9 @@ class Keys:
 
     def take(self, text: str) -> None:
         """Do what the keys say; `text` is what the terminal has sent."""
-        found = list(_KEY.finditer(self._rest + text))
-        self._rest = found[-1]["rest"] or "" if found else ""
-        for key in found:
+        matches = list(_KEY.finditer(self._rest + text))
+        self._rest = matches[-1]["rest"] or "" if matches else ""
+        for key in matches:
             if key["rest"] is None:
                 self._press(key[0])
 
@@ -185,14 +185,14 @@ class Keys:
             return
         if step is None and element.least is not None:
             self._chosen = element
-            self._tell(element, self._panel.wanted[element.name], " (arrows change it)")
+            self._tell(element, self._panel.requests[element.name], " (arrows change it)")
             return
         value = self._next(element, step or 0)
         self._panel.operate(element.name, value, KEYS)
         self._tell(element, value)
 
     def _next(self, element: PanelElement, step: int) -> PanelValue:
-        value = self._panel.wanted[element.name]
+        value = self._panel.requests[element.name]
         if element.kind == "choice":
             place = element.choices.index(str(value)) + 1
             return element.choices[place % len(element.choices)]
@@ -205,5 +205,5 @@ class Keys:
 
     def _tell(self, element: PanelElement, value: PanelValue, more: str = "") -> None:
         if not self._quiet:
-            done = "pressed" if element.kind == "button" else f"{_text(element, value)}{more}"
-            say(f"{element.title or element.name}: {done}")
+            words = "pressed" if element.kind == "button" else f"{_text(element, value)}{more}"
+            say(f"{element.title or element.name}: {words}")

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from specc_runtime.changes import Changes, Event
+from specc_runtime.changes import Event, EventQueue
 from specc_runtime.system import LiveConstant
 
 
@@ -28,7 +28,7 @@ class LiveConstants:
         self._constants = {constant.name: constant for constant in constants}
         self._inboxes = inboxes
         self.values = {name: constant.initial for name, constant in self._constants.items()}
-        self._changes = Changes[Change]()
+        self._queue = EventQueue[Change]()
         self._due: dict[str, dict[str, float]] = {}
         """By subsystem and element, what its next step is to see."""
 
@@ -40,7 +40,7 @@ class LiveConstants:
         if name not in self._constants:
             known = ", ".join(self._constants) or "none"
             raise ValueError(f"{name} is no constant that may change; there are: {known}")
-        self._changes.ask(Change(tick, name, self._constants[name].checked(value), by))
+        self._queue.ask(Change(tick, name, self._constants[name].checked(value), by))
 
     def schedule(self, changes: Iterable[Change]) -> None:
         """Make changes of a recorded run again, at their ticks; others are left out."""
@@ -55,7 +55,7 @@ class LiveConstants:
 
     def begin(self, tick: int) -> list[Change]:
         """Make the changes that are asked for by this base tick, and return them."""
-        made = self._changes.begin(tick)
+        made = self._queue.begin(tick)
         for change in made:
             self._set(change.constant, change.value)
         return made
@@ -63,7 +63,7 @@ class LiveConstants:
     @property
     def changes(self) -> list[Change]:
         """Those that were made."""
-        return self._changes.made
+        return self._queue.history
 
     def deliver(self, subsystem: str) -> None:
         """Let a subsystem that is between two steps see the values of now."""

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any, Literal
 
-from specc_runtime.changes import KEYS, PAGE, PROGRAM, TASK, Changes, Event, number_within
+from specc_runtime.changes import KEYS, PAGE, PROGRAM, TASK, Event, EventQueue, number_within
 from specc_runtime.clock import WallClock
 
 PanelKind = Literal["button", "switch", "slider", "choice", "number"]
@@ -106,16 +106,16 @@ class Panel:
         self.values: dict[str, PanelValue] = {
             name: element.initial for name, element in self.elements.items()
         }
-        self.wanted = dict(self.values)
+        self.requests = dict(self.values)
         """What was asked for last, which may not be so yet."""
         self._clock = clock
-        self._changes = Changes[Operation]()
+        self._queue = EventQueue[Operation]()
         self._lock = Lock()
         self._signs: dict[str, float] = {}
         """When the last sign of life came of each button that the page holds."""
-        self._lapsed: set[str] = set()
+        self._locked: set[str] = set()
         """Buttons that have to be let go before the page may hold them again."""
-        self._held_by_task: set[str] = set()
+        self._task_holds: set[str] = set()
 
     def operate(self, name: str, value: Any, by: str = PROGRAM, tick: int = 0) -> None:
         """Give an element a value, or press a button, at that base tick, or else at the next one.
@@ -126,8 +126,8 @@ class Panel:
         element = self._element(name)
         if element.hold and by in (PAGE, KEYS):
             raise ValueError(f"{name} has to be held")
-        self.wanted[name] = checked = element.checked(value)
-        self._changes.ask(Operation(tick, name, checked, by))
+        self.requests[name] = valid = element.checked(value)
+        self._queue.ask(Operation(tick, name, valid, by))
 
     def hold(self, name: str) -> None:
         """A sign of life of a button that is held in the page, which presses it if it is not.
@@ -139,26 +139,26 @@ class Panel:
         """
         self._button(name)
         with self._lock:
-            if name in self._lapsed:
+            if name in self._locked:
                 return
             if name not in self._signs:
-                self._changes.ask(Operation(0, name, True, PAGE))
+                self._queue.ask(Operation(0, name, True, PAGE))
             self._signs[name] = self._clock.now_s()
 
     def release(self, name: str) -> None:
         """The button is not held any more. Raises ValueError for what is no button to hold."""
         self._button(name)
         with self._lock:
-            self._lapsed.discard(name)
+            self._locked.discard(name)
             if self._signs.pop(name, None) is not None or self.values[name]:
-                self._changes.ask(Operation(0, name, False, PAGE))
+                self._queue.ask(Operation(0, name, False, PAGE))
 
-    def hold_by_task(self, name: str, held: bool) -> None:
+    def hold_by_task(self, name: str, is_held: bool) -> None:
         """Hold a button from now on, or not any more; nothing for what is no button to hold."""
-        if not self._element(name).hold or held == (name in self._held_by_task):
+        if not self._element(name).hold or is_held == (name in self._task_holds):
             return
-        (self._held_by_task.add if held else self._held_by_task.discard)(name)
-        self._changes.ask(Operation(0, name, held, TASK))
+        (self._task_holds.add if is_held else self._task_holds.discard)(name)
+        self._queue.ask(Operation(0, name, is_held, TASK))
 
     def _element(self, name: str) -> PanelElement:
         if name not in self.elements:
@@ -174,7 +174,7 @@ class Panel:
         """Make the operations that are asked for by this base tick, and return them."""
         if self._signs:
             self._release_the_dead()
-        made = self._changes.begin(tick)
+        made = self._queue.begin(tick)
         for operation in made:
             self.values[operation.element] = operation.value
         return made
@@ -184,8 +184,8 @@ class Panel:
             now_s = self._clock.now_s()
             for name in [n for n, sign_s in self._signs.items() if now_s - sign_s > DEAD_MAN_S]:
                 del self._signs[name]
-                self._lapsed.add(name)
-                self._changes.ask(Operation(0, name, False, PAGE))
+                self._locked.add(name)
+                self._queue.ask(Operation(0, name, False, PAGE))
 
     def sample(self, name: str) -> PanelValue:
         """The value of now; see `specc_runtime.plant.Plant`."""
@@ -198,7 +198,7 @@ class Panel:
     @property
     def operations(self) -> list[Operation]:
         """Those that were made."""
-        return self._changes.made
+        return self._queue.history
 
     def schedule(self, operations: Iterable[Operation], tick: int) -> None:
         """Make operations of a recorded run again, at their ticks; others are left out.
@@ -209,13 +209,13 @@ class Panel:
         for operation in operations:
             with suppress(ValueError):  # of another specification
                 value = self._element(operation.element).checked(operation.value)
-                self.wanted[operation.element] = value
-                self._changes.ask(replace(operation, value=value))
+                self.requests[operation.element] = value
+                self._queue.ask(replace(operation, value=value))
                 last[operation.element] = operation
         for name, operation in last.items():
             is_held = name in self.elements and self.elements[name].hold and operation.value
             if is_held and operation.by == PAGE:
-                self._changes.ask(Operation(tick, name, False, PAGE))
+                self._queue.ask(Operation(tick, name, False, PAGE))
 
     def saved(self) -> dict[str, Any]:
         """The values and the operations until now, as plain data."""
@@ -232,11 +232,11 @@ class Panel:
                 self.values[name] = value if value is element.initial else element.checked(value)
             except ValueError as error:
                 lost.append(str(error))
-        self.wanted |= self.values
+        self.requests |= self.values
         self.operations[:] = [operation_of(each) for each in saved["operations"]]
         last = {operation.element: operation for operation in self.operations}
-        held = {n for n, each in last.items() if each.by == TASK and each.value is True}
-        self._held_by_task = {n for n in held if n in self.elements and self.elements[n].hold}
+        by_task = {n for n, each in last.items() if each.by == TASK and each.value is True}
+        self._task_holds = {n for n in by_task if n in self.elements and self.elements[n].hold}
         return lost
 
 

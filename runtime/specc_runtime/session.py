@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from specc_runtime.account import Account
-from specc_runtime.changes import Event
+from specc_runtime.changes import PROGRAM, Event
 from specc_runtime.clipping import clipped_data
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Recording, View
@@ -122,14 +122,14 @@ class Session:
         if self._recorder is not None and self._snapshot_tick > before:
             self._recorder.keep(self._executor.time_s, self.saved)
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str = PROGRAM) -> None:
         """Change a constant that may change (`live`), while the run goes on or before it begins.
 
         All subsystems see the value from the next base tick on. Any thread may call this.
 
         Raises ValueError for another constant, and for a value that is not within its range.
         """
-        self._executor.set_constant(name, value)
+        self._executor.set_constant(name, value, by)
 
     def operate(self, name: str, value: Any) -> None:
         """Operate an element of the panel, while the run goes on or before it begins.
@@ -292,9 +292,9 @@ class Session:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
             self._account.finish(self._executor.tick)
-            if self._feed is not None:
-                self._feed.sample("running")
         finally:
+            if self._feed is not None:
+                self._feed.rest()
             self.interruption.allow(always=True)
             self._executor.close()
             self._last_outputs = self._executor.leave_safe()

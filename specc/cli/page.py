@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any
 
 from specc.cli import interruption
-from specc.refusal import Refused
+from specc.refusal import Refused, reason_of
 
 _PATIENCE_S = 2.0
 """Wall time that the server has to end by itself."""
@@ -29,6 +29,7 @@ class PageRuns:
         """`folder` is for what the next run goes on from. Raises Refused."""
         if find_spec("websockets") is None:
             raise Refused(import_module("specc_runtime.extras").lacking("websockets"))
+        _check_free(options.ui)
         if options.speed is None and not options.real_time:
             options.speed = 1.0
         self._first = self._options = options
@@ -59,22 +60,26 @@ class PageRuns:
 
     def all(self, run: Callable[[Namespace], int]) -> int:
         """Run, and again as often as the page asks; the exit code of the last run."""
-        options = self._options
+        options, begun = self._options, 0
         while True:
+            before = self._options, list(self._past)
             code = run(options)
             page = self._page
-            if page is None or not page.has_begun:
+            if page is None or not page.begun:
                 return code
+            if page.begun == begun:  # it could not be run: what is shown is still the last one
+                self._options, self._past = before
+            begun = page.begun
             is_interrupted = code > 128 and page.restart is None
             try:
-                asked = None if is_interrupted else page.wait()
+                wanted = None if is_interrupted else page.wait()
             except interruption.Terminated:
                 raise
             except KeyboardInterrupt:  # Ctrl-C closes the page of a run that is over
                 return code
-            if asked is None:
+            if wanted is None:
                 return code
-            options = self._again(asked)
+            options = self._again(wanted)
 
     def launch(self, options: Namespace) -> Any:
         """The page of a run that is about to begin; its server is started with the first one."""
@@ -114,16 +119,26 @@ class PageRuns:
         page = import_module("specc_runtime.page.page").Page
         self._page = page(ours.detach(), options.speed)
 
-    def _again(self, asked: Any) -> Namespace:
+    def _again(self, wanted: Any) -> Namespace:
         """The options of the run that the page asks for."""
         first, last = self._first, self._options
         again = Namespace(**vars(first))
-        again.set, again.resume = last.set | asked.set, first.resume
-        if asked.from_s:
-            while len(self._past) > 1 and self._past[-1][0] > asked.from_s:
+        again.set, again.resume = last.set | wanted.set, first.resume
+        if wanted.from_s:
+            while len(self._past) > 1 and self._past[-1][0] > wanted.from_s:
                 self._past.pop()
-            again.resume = self._past[-1][1], asked.from_s
+            again.resume = self._past[-1][1], wanted.from_s
         for name in ("record", "video"):  # what earlier runs have written stays
             if file := getattr(first, name):
                 setattr(again, name, file.with_stem(f"{file.stem}-{self._count + 1}"))
         return again
+
+
+def _check_free(port: int) -> None:
+    """Raises Refused for a port at which there can be no page."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise Refused(f"no page at port {port}: {reason_of(error)}") from error

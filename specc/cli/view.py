@@ -27,15 +27,18 @@ if TYPE_CHECKING:
 
     from specc.pipeline import Result
     from specc.tools.page.recorded import RecordedRun
+    from specc.tools.page.server import Server
 
 _MOST_NAMED, _LONGEST = 3, 1000
+_AT_FIRST_S, _NEWS_S = 2.0, 2.0
+"""Wall time for which a file is read before it is shown, and then between two looks at it."""
 
 
 def view(options: Namespace) -> int:
     """Show a recording until Ctrl-C; the exit code says whether parts of it are lost."""
     from specc import pipeline
 
-    index = call_runtime("recording.index", "Index", options.file)
+    index = call_runtime("recording.index", "Index", options.file, _AT_FIRST_S)
     result = None
     if options.spec:
         about, _ = call_runtime("recording.messages", "recorded", options.file)
@@ -61,11 +64,16 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
     from specc.tools.why.lines import Explainer
 
     about, texts = call_runtime("recording.messages", "recorded", index.path)
-    notices = loss_words(index.reading)
+    notices: list[str] = []
     result = given or _read_texts(about, texts, notices)
     if given and [*texts.values()] != [*recorded_texts(given.sources).values()]:
         notices.append(f"{spec} is not as it was recorded")
-    recording = Recording(index, about, call_runtime, notices, spec)
+
+    def all_notices() -> list[str]:
+        until = f"it is still being read, until {index.end_s:.6g} s by now"
+        return [*loss_words(index.reading), *notices, *([] if index.is_whole else [until])]
+
+    recording = Recording(index, about, call_runtime, all_notices, spec)
     assets = AssetShelf()
     content: Content
     if result is None or result.system is None:
@@ -98,8 +106,9 @@ def _read_texts(
     errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
     if not errors and result.system:
         return result
-    what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST) or "there is none"
-    notices.append(f"the specification in the file cannot be read: {what}")
+    what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST)
+    words = f"the specification in the file cannot be read: {what}"
+    notices.append(words if texts else "there is no specification in the file")
     return None
 
 
@@ -116,7 +125,27 @@ async def _serve(source: RecordedRun, port: int) -> None:
     asyncio.get_running_loop().add_signal_handler(signal.SIGINT, ended.set)
     server.begin()
     streams.print_message(f"specc: {server.url}")
+    reading = asyncio.ensure_future(_read_on(source, server))
     try:
         await ended.wait()
+        if reading.done():
+            reading.result()
     finally:
+        reading.cancel()
         await server.stop()
+
+
+async def _read_on(source: RecordedRun, server: Server) -> None:
+    """Read the rest of a large file, and show what is read of it. Raises Refused."""
+    if source.is_whole:
+        return
+    try:
+        while not source.is_whole:
+            await asyncio.to_thread(source.read_on, _NEWS_S)
+            server.tell({"type": "spans", "spans": source.spans(), "replace": True})
+            server.tell({"type": "marks", "marks": source.marks(), "replace": True})
+            server.tell_now()
+    except Refused as refused:
+        server.tell({"type": "refused", "text": str(refused)})
+        raise
+    server.begin()

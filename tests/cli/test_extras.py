@@ -164,6 +164,13 @@ def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert lacks("pygraphviz", "graph", done.stderr) and done.stderr.count("\n") == 1
 
 
+def test_a_page_says_which_extra_it_lacks(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    done = specc("run", path, "--ui", "--duration", "1", without=("websockets",), folder=tmp_path)
+    assert done.returncode == 2
+    assert lacks("websockets", "ui", done.stderr) and done.stderr.count("\n") == 1
+
+
 @pytest.mark.long
 def test_a_plot_says_which_extra_it_lacks(tmp_path: Path) -> None:
     command = "plot", str(ROOT / "tests/recording/conveyor_gate.mcap")

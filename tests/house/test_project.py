@@ -127,6 +127,13 @@ def test_wheel_carries_every_file_of(folder: str, installed: Path) -> None:
     assert tracked == {path.relative_to(target) for path in target.rglob("*") if path.is_file()}
 
 
+def test_wheel_carries_the_files_of_the_page(installed: Path) -> None:
+    source, target = (root / "specc/tools/page/static" for root in (ROOT, installed))
+    tracked = {path.relative_to(source) for path in tracked_files() if source in path.parents}
+    assert {Path("index.html"), Path("app.js")} <= tracked
+    assert tracked == {path.relative_to(target) for path in target.rglob("*") if path.is_file()}
+
+
 def test_version_is_the_same_everywhere() -> None:
     from specc import __version__
 

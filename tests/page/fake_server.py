@@ -67,6 +67,11 @@ class FakeServer:
             for line in lines:
                 self.messages.append(json.loads(line))
 
+    def finish(self) -> None:
+        """Read what has been sent, if anything is read."""
+        if self._thread.is_alive():
+            self._thread.join(10)
+
     def send(self, do: str, **command: Any) -> None:
         self.end.sendall(json.dumps({"do": do, **command}).encode() + b"\n")
 
@@ -111,6 +116,7 @@ class Shown:
         self.thread.join(60)
         assert not self.thread.is_alive()
         self.page.close()
+        self.server.finish()
 
     @property
     def failure(self) -> str:
@@ -133,6 +139,7 @@ def shown(
     try:
         yield run.start()
     finally:
-        run.server.end.close() if not run.thread.is_alive() else run.server.send("quit")
+        if run.thread.is_alive():
+            run.server.send("quit")
         run.join()
         assert run.failure == ""

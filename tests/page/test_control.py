@@ -122,7 +122,7 @@ def test_a_run_pauses_goes_on_and_changes_its_speed(gate: Code) -> None:
         server.send("speed", value=None)
         run.thread.join(20)
         assert not run.thread.is_alive()
-        assert server.of("state")[-1]["status"] == "ended"
+        server.wait("state", lambda state: state["status"] == "ended")
 
 
 REFUSED = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import time
+from functools import partial
 from typing import Any
 
 from specc_runtime.page.link import Link
@@ -39,7 +40,7 @@ def test_messages_come_in_their_order_and_of_states_the_newest() -> None:
     ends.link.post(big, 0)
     for number in range(100):
         ends.link.show(b'{"kind":"state","n":%d}' % number)
-        ends.link.post(lambda n=number: b'{"kind":"spans","n":%d}' % n)  # type: ignore[misc]
+        ends.link.post(partial(b'{"kind":"spans","n":%d}'.__mod__, number))
     found = [json.loads(lines.readline()) for _ in range(102)]
     assert len(found[0]["scene"]) == 3_000_000
     assert [each["n"] for each in found if each["kind"] == "spans"] == [*range(100)]
@@ -87,7 +88,8 @@ def test_a_message_that_cannot_be_made_stops_nothing() -> None:
     ends = Ends()
     ends.link.post(lambda: bytes(1 // 0))
     ends.link.show(b"{}")
-    assert ends.other.makefile("rb").readline() == b"{}\n"
+    lines = ends.other.makefile("rb")
+    assert {lines.readline()[:9], lines.readline()[:9]} == {b"{}\n", b'{"kind": '}
     assert "ZeroDivisionError" in ends.link.failure
     ends.link.close()
 

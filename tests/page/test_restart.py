@@ -23,6 +23,20 @@ from specc.cli.page import PageRuns
 from tests.commands import ROOT
 from tests.page.fake_server import GATE, FakeServer
 from tests.recording.runs import report_of
+from tests.runtime.desk import ENABLE, MODE, START, N, V
+from tests.runtime.desk import SPEC as DESK
+from tests.runtime.test_live_constants import spec_in
+
+PANEL = """\
+plant:
+  bind:
+    desk.R.buttons.start: {panel: button, key: s}
+    desk.R.buttons.enable: {panel: button, hold: true}
+    desk.R.buttons.stop: {panel: switch}
+    desk.R.buttons.v: {panel: slider, range: ["0[m/s]", "0.2[m/s]"], init: "0.1[m/s]"}
+    desk.R.buttons.mode: {panel: choice, init: manual}
+    desk.R.buttons.n: {panel: number, range: [0, 10], init: 1}
+"""
 
 TELEOPERATION = ROOT / "specs/architectures/teleoperation.yaml"
 
@@ -133,6 +147,77 @@ def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
         run.server.send("restart", from_s=1.0, set={"patience": "4[s]"})
         run.ended(2)
         assert run.server.of("begin")[-1]["set"] == {"patience": "4[s]"}
+
+
+def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
+    spec, report = tmp_path / "desk.yaml", tmp_path / "report.json"
+    spec.write_text(DESK + PANEL)
+    with asked(spec, "--duration", 6, "--report", report) as run:
+        server = run.server
+        server.send("speed", value=5.0)
+        server.wait("state", lambda state: state["time_s"] > 0.5)
+        server.send("panel", name=MODE, value="auto")
+        server.send("panel", name=N, value=3)
+        server.send("panel", name=START, value=True)
+        for _ in range(5):
+            server.send("hold", name=ENABLE)
+            time.sleep(0.03)
+        held = server.wait("state", lambda state: state["panel"][ENABLE])
+        assert (held["panel"][MODE], held["panel"][N]) == ("auto", 3)
+        for wrong in (
+            {"do": "panel", "name": N, "value": 1.5},
+            {"do": "panel", "name": MODE, "value": "fast"},
+            {"do": "panel", "name": V, "value": 1e9},
+            {"do": "panel", "name": V},
+            {"do": "panel", "name": ENABLE, "value": True},
+            {"do": "hold", "name": START},
+            {"do": "release", "name": "nothing"},
+        ):
+            server.send(**wrong)
+        run.ended(1)
+        server.send("panel", name=N, value=2)
+        assert len(server.of("refused")) >= 7
+        first = report_of(report)
+        made = [(each["element"], each["value"], each["by"]) for each in first["panel"]]
+        assert set(made) == {
+            *((name, value, "page") for name, value in ((MODE, "auto"), (N, 3), (START, True))),
+            *((ENABLE, value, "page") for value in (True, False)),
+        }
+        marks = [mark for each in server.of("marks") for mark in each["marks"]]
+        assert [mark["kind"] for mark in marks].count("panel") == len(made)
+        assert max(each["time_s"] for each in first["panel"]) < 5.5
+        server.send("speed", value=None)
+        server.send("restart", from_s=5.5, set={})
+        run.ended(2)
+        assert report_of(report)["records_sha256"] == first["records_sha256"]
+
+
+def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: Path) -> None:
+    spec, report = spec_in(tmp_path), tmp_path / "report.json"
+    with asked(spec, "--duration", 3, "--report", report) as run:
+        server = run.server
+        server.send("speed", value=2.0)
+        begin = server.wait("begin")
+        bounds = {"least": 0.0, "greatest": 2.0, "value": 1.0, "whole": False}
+        assert {"name": "v", "unit": "m/s", **bounds} in begin["live"]
+        server.wait("state", lambda state: state["time_s"] > 0.5)
+        server.send("set", name="v", value=0.5)
+        server.send("set", name="v", value=3)
+        server.wait("refused", lambda refused: "its range is" in refused["text"])
+        server.send("set", name="most", value=1.5)
+        server.wait("refused", lambda refused: "a whole number" in refused["text"])
+        server.wait("state", lambda state: state["live"]["v"] == 0.5)
+        server.send("speed", value=None)
+        run.ended(1)
+        first = report_of(report)
+        changes = [(each["constant"], each["value"], each["by"]) for each in first["changes"]]
+        assert changes == [("v", 0.5, "page")]
+        server.send("restart", from_s=2.5, set={})
+        run.ended(2)
+        assert report_of(report)["records_sha256"] == first["records_sha256"]
+        server.send("set", name="far", value="1[m]")
+        server.wait("begin", lambda begin: begin["set"] == {"far": "1[m]"})
+        run.ended(3)
 
 
 def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:

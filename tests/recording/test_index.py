@@ -105,7 +105,7 @@ def test_a_run_that_goes_on(tmp_path: Path) -> None:
 
 
 def test_a_moment_unpacks_few_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However long the file is: the one with the moment, and the one before."""
+    """However long the file is: that with the moment, and those before and beside it."""
     index, read = Index(KEPT), []
     content_at = indexes.content_at
 
@@ -117,7 +117,7 @@ def test_a_moment_unpacks_few_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(60):
         read.clear()
         assert len(seen_at(index, number / 10)) == len(index.machines)
-        assert 1 <= len(read) <= 2, number
+        assert 1 <= len(read) <= 3, number
 
 
 def test_spans_are_those_of_a_plot() -> None:

@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 import pytest
 from specc_runtime.clock import WallClock
-from specc_runtime.plant import Mesh
+from specc_runtime.plant import Mesh, Shape
 from specc_runtime.plants.mujoco.bodies import Bodies
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.models import MOST_TRIANGLES, coarser, glb
-from specc_runtime.recording.scene import SceneWriter
+from specc_runtime.recording.scene import SceneWriter, scene_of
 
 from tests.recording.runs import ROOT, messages
 
@@ -50,6 +50,7 @@ class Posed:
         self.body_names = lambda: self._bodies.names
         self.body_poses = self._bodies.poses
         self.shapes = lambda: [*self._bodies.shapes()]
+        self.viewpoints: Any = None
 
 
 def _opened(data: bytes) -> tuple[dict[str, Any], list[Array], list[bytes]]:
@@ -168,3 +169,61 @@ def test_large_meshes_get_coarser() -> None:
     _opened(glb(mesh))
     few, same = coarser(corners[:9], triangles[:5] % 9, 5)
     assert len(few) == 9 and len(same) == 5
+
+
+SOLIDS = """<mujoco>
+  <asset><hfield name="hills" nrow="3" ncol="4" size="1 2 0.5 0.1"
+    elevation="0 0 0 0  0 1 0 0  0 0 0 0"/></asset>
+  <worldbody>
+    <camera name="overview" pos="0 -3 1" euler="70 0 0" fovy="40"/>
+    <camera pos="0 0 1"/>
+    <geom type="hfield" hfield="hills" pos="0 0 1"/>
+    <body name="arm" pos="9 2 3">
+      <camera name="eye" pos="0 0.1 0"/>
+      <geom type="capsule" fromto="0 0 0  0.3 0 0" size="0.05" rgba="1 0 0 0.5"/>
+    </body>
+  </worldbody>
+</mujoco>"""
+
+
+def test_capsules_have_round_ends() -> None:
+    found = [s for s in Posed(mujoco.MjModel.from_xml_string(SOLIDS)).shapes() if s.body == "arm"]
+    assert [shape.kind for shape in found if isinstance(shape, Shape)] == [
+        "cylinder", "sphere", "sphere",
+    ]  # fmt: skip
+    (cylinder, *balls) = found
+    np.testing.assert_allclose(cylinder.size, (0.1, 0.1, 0.3))
+    ends = sorted(ball.pose[:3] for ball in balls)
+    np.testing.assert_allclose(ends, [(0, 0, 0), (0.3, 0, 0)], atol=1e-12)
+    assert {(ball.size, ball.colour) for ball in balls} == {((0.1, 0.1, 0.1), cylinder.colour)}
+
+
+def test_height_fields_are_meshes() -> None:
+    model = mujoco.MjModel.from_xml_string(SOLIDS)
+    (mesh,) = [shape for shape in Posed(model).shapes() if isinstance(shape, Mesh)]
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert len(mesh.corners) == 12 and len(mesh.triangles) == 12
+    for x, y, z in mesh.corners.tolist():
+        above, down = np.array((x * 0.999, y * 0.999, 9.0)), np.array((0.0, 0.0, -1.0))
+        distance = mujoco.mj_ray(model, data, above, down, None, 1, -1, np.zeros(1, np.int32))
+        assert 9.0 - distance == pytest.approx(z + 1.0, abs=0.01)
+    a, b, c = np.moveaxis(mesh.corners[mesh.triangles], 1, 0)
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()  # all of them face upwards
+
+
+def test_a_scene_has_the_cameras_with_names() -> None:
+    model = mujoco.MjModel.from_xml_string(SOLIDS)
+    plant = Posed(model)
+    plant.viewpoints = plant._bodies.viewpoints
+    entities = {entity["id"]: entity for entity in scene_of(plant)["entities"]}
+    (overview,) = entities["world"]["metadata"]
+    (eye,) = entities["arm"]["metadata"]
+    assert (overview["key"], eye["key"]) == ("camera overview", "camera eye")
+    *place, w, x, y, z, fovy = map(float, overview["value"].split())
+    assert place == [0, -3, 1] and fovy == pytest.approx(np.deg2rad(40), abs=1e-4)
+    data = plant._data
+    np.testing.assert_allclose(
+        _turned((x, y, z, w)), data.cam_xmat[model.camera("overview").id].reshape(3, 3), atol=1e-4
+    )
+    assert eye["value"].startswith("0 0.1 0 1 0 0 0 ")

@@ -112,7 +112,7 @@ def test_it_does_not_matter_how_keys_are_read(
                 panels[1].begin(0)
         for panel in panels:
             panel.begin(1)
-        assert panels[0].values == panels[1].values == panels[0].wanted
+        assert panels[0].values == panels[1].values == panels[0].requests
         made = [[(each.element, each.value) for each in panel.operations] for panel in panels]
         assert made[0] == made[1]
         for name, value in made[0]:

@@ -23,6 +23,7 @@ from specc_runtime.records import RecordDigest, StepRecord
 from specc_runtime.session import Session
 from specc_runtime.timing import RealTime
 
+from specc.cli import main
 from tests.recording.runs import messages
 from tests.runtime.apart import built
 from tests.runtime.desk import ENABLE, MODE, READER, SPEC, START, STOP, N, V
@@ -356,3 +357,36 @@ def test_nobody_holds_a_button_of_a_run_that_goes_on(
 def times_of(report: dict[str, Any]) -> list[tuple[float, Any]]:
     """When a button was held, and when not any more."""
     return [(each["time_s"], each["value"]) for each in report["panel"]]
+
+
+TASK = """\
+task:
+  cycle: {of: desk.c, from: moving, to: idle}
+  disturb:
+    - {at: "0[s]", turn: {desk.R.buttons.v: "0.05[m/s]"}, because: of the test}
+    - {at: "0[s]", press: [desk.R.buttons.start], because: of the test}
+    - {at: "0.3[s]", lasts: "2[s]", press: [desk.R.buttons.enable], because: of the test}
+    - {at: "0.5[s]", turn: {desk.R.buttons.mode: auto}, because: of the test}
+    - {at: "0.5[s]", press: [desk.R.buttons.start], because: of the test}
+    - {at: "1.22[s]", turn: {desk.R.buttons.n: 3}, because: of the test}
+    - {at: "1.4[s]", turn: {desk.R.buttons.stop: true}, because: of the test}
+    - {at: "1.6[s]", turn: {desk.R.buttons.stop: false}, because: of the test}
+    - {at: "2.5[s]", turn: {desk.R.buttons.mode: manual}, because: of the test}
+"""
+
+
+def test_a_task_operates_as_a_program_does(
+    package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    spec, file, report = (tmp_path / name for name in ("desk.yaml", "run.mcap", "report.json"))
+    spec.write_text(SPEC + TASK)
+    operated = ran(package, monkeypatch, ALL)
+    monkeypatch.undo()
+    for more in (["--record", str(file)], ["--from", f"{file}@1.5"]):
+        options = ["--duration", "3", "--report", str(report)]
+        assert main(["run", str(spec), *options, *more]) == 0
+        data = json.loads(report.read_text())
+        assert data["records_sha256"] == operated["records_sha256"]
+        assert {each["by"] for each in data["panel"]} == {"task"}
+        assert len(data["panel"]) == 10
+    assert main(["replay", str(file), "--spec", str(spec), "--check"]) == 0

@@ -54,12 +54,12 @@ class Parts:
     requirements: Sequence[Requirement]
 
 
-def breakpoints(asked: Any, parts: Parts) -> tuple[list[StepBreak | RequirementBreak], list[str]]:
+def breakpoints(wanted: Any, parts: Parts) -> tuple[list[StepBreak | RequirementBreak], list[str]]:
     """The breakpoints that a command lists, and why others are none."""
-    if not isinstance(asked, list) or len(asked) > _MOST:
+    if not isinstance(wanted, list) or len(wanted) > _MOST:
         raise Unclear(f"breakpoints are a list of {_MOST} at most")
     found, refused = list[StepBreak | RequirementBreak](), list[str]()
-    for each in asked:
+    for each in wanted:
         try:
             found.append(_breakpoint(each, parts))
         except Unclear as error:
@@ -67,32 +67,32 @@ def breakpoints(asked: Any, parts: Parts) -> tuple[list[StepBreak | RequirementB
     return found, refused
 
 
-def _breakpoint(asked: Any, parts: Parts) -> StepBreak | RequirementBreak:
-    kind = text_of(asked, "kind")
+def _breakpoint(wanted: Any, parts: Parts) -> StepBreak | RequirementBreak:
+    kind = text_of(wanted, "kind")
     if kind == "requirement":
-        that = text_of(asked, "that")
+        that = text_of(wanted, "that")
         for each in parts.requirements:
             if each.that == that:
                 return RequirementBreak(f"violated: {that}", each)
         raise Unclear(f"there is no requirement {that}")
     if kind not in _OF_STEPS:
         raise Unclear(f"there are no breakpoints on {kind}")
-    machine = machine_of(asked, parts.subsystems)
-    words, matches = _OF_STEPS[kind](asked, parts.subsystems[machine], parts.layouts[machine])
+    machine = machine_of(wanted, parts.subsystems)
+    words, matches = _OF_STEPS[kind](wanted, parts.subsystems[machine], parts.layouts[machine])
     return StepBreak(f"{machine}: {words}", machine, matches)
 
 
-def text_of(asked: Any, name: str) -> str:
+def text_of(wanted: Any, name: str) -> str:
     """A text in a command; raises Unclear."""
-    text = asked.get(name) if isinstance(asked, dict) else None
+    text = wanted.get(name) if isinstance(wanted, dict) else None
     if not isinstance(text, str):
         raise Unclear(f"{name} is missing, or no text")
     return text
 
 
-def machine_of(asked: Any, subsystems: Mapping[str, Subsystem]) -> str:
+def machine_of(wanted: Any, subsystems: Mapping[str, Subsystem]) -> str:
     """The subsystem that a command names; raises Unclear."""
-    name = text_of(asked, "machine")
+    name = text_of(wanted, "machine")
     if name not in subsystems:
         raise Unclear(f"there is no subsystem {name}; there are {', '.join(subsystems)}")
     return name
@@ -101,8 +101,8 @@ def machine_of(asked: Any, subsystems: Mapping[str, Subsystem]) -> str:
 _Found = tuple[str, Callable[[StepRecord], bool]]
 
 
-def _of_state(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
-    state = text_of(asked, "state")
+def _of_state(wanted: Any, subsystem: Subsystem, layout: Layout) -> _Found:
+    state = text_of(wanted, "state")
     if state not in subsystem.sends:
         raise Unclear(f"{subsystem.name} has no state {state}")
 
@@ -113,16 +113,16 @@ def _of_state(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
     return f"entered {state}", matches
 
 
-def _of_row(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
-    label = text_of(asked, "row")
+def _of_row(wanted: Any, subsystem: Subsystem, layout: Layout) -> _Found:
+    label = text_of(wanted, "row")
     rows = {index for index, row in enumerate(subsystem.transitions) if str(row) == label}
     if not rows:
         raise Unclear(f"{subsystem.name} has no row {label}")
     return label, lambda record: record.transition in rows
 
 
-def _of_condition(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
-    name = text_of(asked, "condition")
+def _of_condition(wanted: Any, subsystem: Subsystem, layout: Layout) -> _Found:
+    name = text_of(wanted, "condition")
     rows = {
         index
         for index, row in enumerate(subsystem.transitions)
@@ -141,30 +141,30 @@ def _ending(layout: Layout, state: str, cause: str) -> str:
     return error if isinstance(error, str) else error.get(cause, "")
 
 
-def _of_sent(asked: Any, subsystem: Subsystem, layout: Layout) -> _Found:
-    name = text_of(asked, "element")
+def _of_sent(wanted: Any, subsystem: Subsystem, layout: Layout) -> _Found:
+    name = text_of(wanted, "element")
     attributes = [e.attribute for e in layout.y if name == ".".join(e.name)]
     if not attributes:
         raise Unclear(f"{subsystem.name} sends no {name}")
-    attribute, compares = attributes[0], _comparison(asked)
+    attribute, compares = attributes[0], _comparison(wanted)
 
     def matches(record: StepRecord) -> bool:
         return any(element == attribute and compares(value) for element, value in record.sent)
 
     words = f"sent {name}"
-    if "op" in asked:
-        item = f"[{asked['item']}]" if "item" in asked else ""
-        words += f"{item} {asked['op']} {asked['value']:g}"
+    if "op" in wanted:
+        item = f"[{wanted['item']}]" if "item" in wanted else ""
+        words += f"{item} {wanted['op']} {wanted['value']:g}"
     return words, matches
 
 
-def _comparison(asked: Any) -> Callable[[Any], bool]:
-    if "op" not in asked:
+def _comparison(wanted: Any) -> Callable[[Any], bool]:
+    if "op" not in wanted:
         return lambda value: True
     compare, bound, item = (
-        _COMPARISONS.get(text_of(asked, "op")),
-        asked.get("value"),
-        asked.get("item"),
+        _COMPARISONS.get(text_of(wanted, "op")),
+        wanted.get("value"),
+        wanted.get("item"),
     )
     if compare is None:
         raise Unclear(f"op is one of {' '.join(_COMPARISONS)}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Protocol
 
@@ -20,7 +21,7 @@ from specc_runtime.options import Options
 from specc_runtime.page.control import Control, steered
 from specc_runtime.page.link import Link
 from specc_runtime.page.pictures import Picture, Pictures
-from specc_runtime.panel import Operation
+from specc_runtime.panel import Operation, Panel
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
@@ -88,7 +89,7 @@ class NoImages(Shelf):
         return {"image": ""}
 
 
-class Seen:
+class LiveSubsystem:
     """A subsystem as the page sees it, see `specc_runtime.recording.moment.Seen`."""
 
     def __init__(self, steps: Steps, last: LastTwo) -> None:
@@ -161,8 +162,12 @@ class Run(Protocol):
     def entered(self) -> Mapping[str, float]:
         """When each subsystem entered its state."""
 
-    def set_constant(self, name: str, value: float) -> None:
+    def set_constant(self, name: str, value: float, by: str) -> None:
         """Change a live constant."""
+
+    @property
+    def panel(self) -> Panel:
+        """The operator's panel."""
 
     @property
     def live(self) -> Mapping[str, float]:
@@ -199,7 +204,7 @@ class Feed:
             Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
         ]
         self._seen = {
-            name: Seen(each, topics[topic_of(name)])
+            name: LiveSubsystem(each, topics[topic_of(name)])
             for each in steps
             for name in [each.subsystem.name]
         }
@@ -279,7 +284,7 @@ class Feed:
                 }
                 for one in system.live
             ],
-            "panel": [],
+            "panel": [asdict(each) for each in system.panel],
             "can": {"pause": steered, "restart": steered},
         }
 
@@ -290,13 +295,13 @@ class Feed:
             self._changes.append((record.subsystem, record.time_s, record.state, seen.row))
         self._control(record)
 
-    def watch(self, asked: Mapping[str, Any]) -> None:
+    def watch(self, wishes: Mapping[str, Any]) -> None:
         """Show what is looked at; any thread may ask."""
-        cameras = asked.get("cameras")
-        self.has_clients = bool(asked.get("clients"))
-        self.wants_scene = bool(asked.get("scene"))
-        names = cameras if isinstance(cameras, list) else []
-        self._pictures.wanted([name for name in names if isinstance(name, str)])
+        self.has_clients = bool(wishes.get("clients"))
+        self.wants_scene = bool(wishes.get("scene"))
+        cameras = wishes.get("cameras")
+        named = cameras if isinstance(cameras, list) else []
+        self._pictures.wanted([name for name in named if isinstance(name, str)])
         self._next_s = 0.0
 
     def changed(self, change: Event, time_s: float) -> None:
@@ -337,7 +342,7 @@ class Feed:
             "factor": self._factor,
             "requirements": [each.so_far(self._system.tick_s) for each in run.requirements],
             "live": dict(run.live),
-            "panel": {},
+            "panel": dict(run.panel.values),
         }
         if self._options.real_time:
             state["real_time"] = {
@@ -353,18 +358,22 @@ class Feed:
         seen = [(each, each.present) for each in self._seen.values()]
         self._link.show(lambda: self._text(state, seen, truth))
 
+    def rest(self) -> None:
+        """The last tick is over; the plant is about to be closed."""
+        self.sample("running")
+        self._pictures.close()
+
     def end(self, data: Mapping[str, Any], exit_code: int) -> None:
         """The run is over; `data` is its report."""
-        for fault in data["faults"]:
+        for fault in data.get("faults", ()):
             if fault["subsystem"] in self._seen:
                 at = fault["stamp"], fault["time_s"], fault["message"]
                 self._seen[fault["subsystem"]].fail(*at)
             self.mark("fault", fault["time_s"], f"{fault['culprit']}: {fault['message']}")
         self.sample("ended")
-        report = {name: data[name] for name in ("faults", "requirements")}
+        report = {name: data.get(name, []) for name in ("faults", "requirements")}
         ending = {"kind": "end", "ended": data["ended"], "exit_code": exit_code, "report": report}
         self._link.post(lambda: dumped(ending), 0)
-        self._pictures.close()
 
     # How it is done.
 
@@ -397,7 +406,7 @@ class Feed:
     def _text(
         self,
         state: dict[str, Any],
-        seen: Sequence[tuple[Seen, tuple[Any, ...]]],
+        seen: Sequence[tuple[LiveSubsystem, tuple[Any, ...]]],
         truth: Sequence[tuple[str, Callable[[], bytes]]],
     ) -> bytes:
         """The text of a sample."""

@@ -140,7 +140,10 @@ class Link:
             try:
                 return (content if isinstance(content, bytes) else content()) + b"\n"
             except Exception as error:  # noqa: BLE001  # a value of the user's that has no text
-                self.failure = self.failure or f"{type(error).__name__}: {error}"
+                if not self.failure:
+                    self.failure = f"{type(error).__name__}: {error}"
+                    text = f"something of the run cannot be shown: {self.failure}"
+                    self.post(json.dumps({"kind": "refused", "text": text}).encode())
 
     def _read(self) -> bool:
         """Obey what has come; whether more may come."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
+from specc_runtime.changes import PAGE
 from specc_runtime.page.breakpoints import Parts, Unclear, breakpoints, machine_of, text_of
 from specc_runtime.page.control import Control
 from specc_runtime.page.link import Link
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from specc_runtime.forms import Layout
     from specc_runtime.options import Options
     from specc_runtime.page.feed import Feed, Run
+    from specc_runtime.panel import Panel
     from specc_runtime.system import System
 
 _SPEEDS = 1e-3, 1e3
@@ -39,8 +41,8 @@ class Page:
         """`descriptor` is a socket whose other end the server has."""
         self.restart: Restart | None = None
         """The run that is asked for instead of the present one."""
-        self.has_begun = False
-        """Whether there ever was a run."""
+        self.begun = 0
+        """How many runs there were."""
         self.control = Control(speed)
         self._is_quitting = False
         self._wanted = Event()
@@ -50,7 +52,7 @@ class Page:
         self._run: Run | None = None
         self._system: System | None = None
         self._parts = Parts({}, {}, ())
-        self._asked: list[Any] = []
+        self._breakpoints: list[Any] = []
         self._watched: dict[str, Any] = {"clients": 0}
         self._real_time = False
         self._link = Link(descriptor, self._obey, self._hang_up)
@@ -78,14 +80,15 @@ class Page:
         self._parts = Parts(subsystems, layouts, requirements)
         self._feed = Feed(self._link, self.control, options, system, layouts, plant, clock)
         self._feed.watch(self._watched)
-        self._break({"breakpoints": self._asked})
+        self._break({"breakpoints": self._breakpoints})
         return self._feed
 
     def begin(self, run: Run) -> None:
         """The run is about to begin, or to go on."""
         if self._feed is not None:
             self._feed.begin(run)
-            self._run, self.has_begun = run, True
+            self._run = run
+            self.begun += 1
 
     def end(self, report: Mapping[str, Any], exit_code: int) -> None:
         """The run is over."""
@@ -104,10 +107,10 @@ class Page:
         """Stay after the end of a run, until another one is asked for; None if none is."""
         while not (self._link.is_over or self._is_quitting or self._wanted.wait(0.2)):
             pass
-        asked, self.restart = self.restart, None
+        restart, self.restart = self.restart, None
         self._wanted.clear()
         self.control.go_on()
-        return asked
+        return restart
 
     def close(self) -> None:
         """Send what waits, but not for long, and hang up."""
@@ -158,11 +161,11 @@ class Page:
         self.control.set_speed(value)
 
     def _break(self, command: Any) -> None:
-        asked = command.get("breakpoints")
-        if asked:
+        listed = command.get("breakpoints")
+        if listed:
             self._refuse_in_real_time("breakpoints")
-        found, refused = breakpoints(asked, self._parts)
-        self._asked = asked
+        found, refused = breakpoints(listed, self._parts)
+        self._breakpoints = listed
         self.control.set_breakpoints(found)
         for text in refused:
             self.refuse(text)
@@ -170,10 +173,24 @@ class Page:
     def _set(self, command: Any) -> None:
         name = text_of(command, "name")
         if self._run is not None and name in self._run.live:
-            self._run.set_constant(name, _number(command))
+            self._run.set_constant(name, _number(command), PAGE)
             return
         text = text_of(command, "value")
         self._restart({"from_s": self._run.time_s if self._run else None, "set": {name: text}})
+
+    def _panel(self, command: Any) -> None:
+        self._panel_of_run().operate(text_of(command, "name"), command.get("value"), PAGE)
+
+    def _hold(self, command: Any) -> None:
+        self._panel_of_run().hold(text_of(command, "name"))
+
+    def _release(self, command: Any) -> None:
+        self._panel_of_run().release(text_of(command, "name"))
+
+    def _panel_of_run(self) -> Panel:
+        if self._run is None:
+            raise Unclear("there is no run whose panel could be operated")
+        return self._run.panel
 
     def _watch(self, command: Any) -> None:
         self._watched = command
@@ -205,7 +222,7 @@ class Page:
         self.control.go_on()
 
     def _refuse_after_the_end(self) -> None:
-        if self.has_begun and self._run is None:
+        if self.begun and self._run is None:
             raise Unclear("the run is over")
 
     def _refuse_in_real_time(self, what: str) -> None:
@@ -220,6 +237,9 @@ _COMMANDS: Mapping[str, Callable[[Page, Any], None]] = {
     "speed": Page._speed,
     "break": Page._break,
     "set": Page._set,
+    "panel": Page._panel,
+    "hold": Page._hold,
+    "release": Page._release,
     "watch": Page._watch,
     "restart": Page._restart,
     "quit": Page._quit,

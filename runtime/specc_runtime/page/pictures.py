@@ -6,7 +6,7 @@ wait for them either; any other (`Pictured`) draws between two ticks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
@@ -48,7 +48,7 @@ class _Demand:
 
 
 class Pictures:
-    """The cameras of a plant, by name, and the elements that are images, by their topics."""
+    """The cameras of a plant, and the inputs that are images: `irp.k.x.R.I_rgb`."""
 
     def __init__(
         self,
@@ -61,41 +61,41 @@ class Pictures:
         self._plant, self._clock, self._failed = plant, clock, failed
         self._is_apart = not shortcomings(plant, Photographed)
         self._drawn = _cameras(plant)
-        self._sources = {name: _Demand() for name in (*self._drawn, *image_topics(layouts))}
+        self._demands = {name: _Demand() for name in (*self._drawn, *_images(layouts))}
         self._wanted: Collection[str] = ()
         self._workers: Workers | None = None
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """All names that may be wanted."""
-        return tuple(self._sources)
+        return tuple(self._demands)
 
     def wanted(self, cameras: Collection[str]) -> None:
         """Make pictures of these cameras from now on, and of no others; any thread may ask."""
-        self._wanted = frozenset(cameras) & self._sources.keys()
+        self._wanted = frozenset(cameras) & self._demands.keys()
 
     def see(self, topic: str, time_s: float, image: Any) -> None:
-        """Note the newest image of an element; any thread may tell."""
-        source = self._sources.get(topic)
-        if source is not None:
-            source.image = time_s, image
+        """Note the newest image of an element, by its topic in recordings; any thread may tell."""
+        demand = self._demands.get(_name(topic))
+        if demand is not None:
+            demand.image = time_s, image
 
     def take(self, time_s: float) -> list[Picture]:
         """The pictures that are ready; has those made that are due. Called between two ticks."""
         found = []
-        for camera in sorted(self._wanted & self._sources.keys()):
-            source = self._sources[camera]
-            coming, asked_s = source.coming, source.asked_s
+        for camera in sorted(self._wanted & self._demands.keys()):
+            demand = self._demands[camera]
+            coming, asked_s = demand.coming, demand.asked_s
             if coming is not None and coming.done() and asked_s is not None:
-                source.coming = None
+                demand.coming = None
                 try:
                     found.append(Picture(camera, asked_s, coming.result()))
                 except Exception as error:  # noqa: BLE001  # whatever the plant raises
                     self._give_up(camera, error)
                     continue
-            if source.coming is None and self._clock.now_s() - source.asked_at_s >= PERIOD_S:
+            if demand.coming is None and self._clock.now_s() - demand.asked_at_s >= PERIOD_S:
                 try:
-                    self._ask(camera, source, time_s)
+                    self._ask(camera, demand, time_s)
                 except Exception as error:  # noqa: BLE001  # as above
                     self._give_up(camera, error)
         return found
@@ -107,20 +107,20 @@ class Pictures:
             self._workers.close()
             self._workers = None
 
-    def _ask(self, camera: str, source: _Demand, time_s: float) -> None:
+    def _ask(self, camera: str, demand: _Demand, time_s: float) -> None:
         """Have the picture of now made, unless it is the last one."""
         image = None
         if camera not in self._drawn:
-            if source.image is None:
+            if demand.image is None:
                 return
-            time_s, image = source.image
-        if source.asked_s == time_s:
+            time_s, image = demand.image
+        if demand.asked_s == time_s:
             return
         drawn = self._begun(camera) if image is None else lambda: image
         if self._workers is None:
             self._workers = Workers(1, "specc-pictures")
-        source.asked_at_s, source.asked_s = self._clock.now_s(), time_s
-        source.coming = self._workers.submit(lambda: shown(drawn(), _QUALITY))
+        demand.asked_at_s, demand.asked_s = self._clock.now_s(), time_s
+        demand.coming = self._workers.submit(lambda: shown(drawn(), _QUALITY))
 
     def _begun(self, camera: str) -> Callable[[], Any]:
         """What gives the picture of now, at once or later."""
@@ -130,7 +130,7 @@ class Pictures:
         return lambda: picture
 
     def _give_up(self, camera: str, error: Exception) -> None:
-        del self._sources[camera]
+        del self._demands[camera]
         self._failed(f"there are no pictures of {camera} any more: {error_text(error)}")
 
 
@@ -141,12 +141,14 @@ def _cameras(plant: Any) -> tuple[str, ...]:
     return tuple(viewpoint.camera for viewpoint in cast(Filmable, plant).viewpoints())
 
 
-def image_topics(layouts: Mapping[str, Layout]) -> tuple[str, ...]:
-    """The topics of all inputs that have images, as in a recording: `/irp.k/x/R/I_rgb`."""
-    return tuple(
-        "/".join((topic_of(name), "x", *element.name))
-        for name, layout in layouts.items()
-        if name != PLANT
-        for element in layout.x
-        if element.form.has_image
-    )
+def _images(layouts: Mapping[str, Layout]) -> Iterator[str]:
+    """The names of all inputs that have images."""
+    for name, layout in layouts.items():
+        for element in layout.x if name != PLANT else ():
+            if element.form.has_image:
+                yield _name("/".join((topic_of(name), "x", *element.name)))
+
+
+def _name(topic: str) -> str:
+    """The name of an element with a topic."""
+    return topic[1:].replace("/", ".")

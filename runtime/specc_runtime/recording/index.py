@@ -1,11 +1,11 @@
 """An index of a recording: where the messages of each topic are, and when machines changed state.
 
 Made in one pass over the file, in which steps are skimmed and nothing is decoded. Then the last
-messages until a time are found by unpacking the chunks that they are in, one or two for a topic.
+messages until a time are found by unpacking the chunks that they are in.
 
 Memory: 20 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, and
-each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two in all, and
-decoding two messages for a machine.
+each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two or three in
+all, and decoding two messages for a machine.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
+from time import monotonic
 from typing import IO, Any, NamedTuple
 
 from specc_runtime.forms import Misshapen
@@ -162,8 +163,8 @@ class Index:
     in s and a text. `begin_s` and `end_s` are the first and the last time of a step.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Read the file once. Raises Unusable."""
+    def __init__(self, path: Path, for_s: float = inf) -> None:
+        """Read the file once, for so long of wall time; see `read`. Raises Unusable."""
         self.path = path
         self.reading = RecordFile(path)
         self.names = Names("", "")
@@ -176,9 +177,20 @@ class Index:
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, tuple[Topic, Changes | None] | None] = {}
         self._file: IO[bytes] | None = None
-        for place, record in self.reading.placed():
-            self._file = self._file or path.open("rb")
+        self._records = self.reading.placed()
+        self.is_whole = False
+        """Whether all of the file is read."""
+        self.read(for_s)
+
+    def read(self, for_s: float) -> None:
+        """Read on for so long of wall time, or to the end. Raises Unusable."""
+        end_s = monotonic() + for_s
+        for place, record in self._records:
+            self._file = self._file or self.path.open("rb")
             self._take(place, record)
+            if monotonic() > end_s:
+                return
+        self.is_whole = True
 
     # The pass over the file.
 
@@ -319,6 +331,11 @@ class Index:
     def _content(self, place: int, budget: Budget) -> bytes:
         assert self._file is not None
         return content_at(self._file, place, budget)
+
+
+def read_on(index: Index, for_s: float) -> None:
+    """See `Index.read`."""
+    index.read(for_s)
 
 
 def wrong(path: Path, topic: str, time_s: float, error: Misshapen) -> Unusable:

@@ -163,6 +163,8 @@ def step_of(text: bytes) -> dict[str, Any]:
         raise Misshapen("a message without what every step has")
     if not all(type(message[name]) in kinds for name, kinds in _STEP.items()):
         raise Misshapen("a message with values of other types than a step has")
+    if not abs(message["time"]) < LATEST_S:
+        raise Misshapen("a step at a time that no run reaches")
     return message
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, zip_longest
 from math import inf
 from typing import Any
 
@@ -29,8 +29,9 @@ OPERATIONS = "/panel"
 _IMAGES = COMPRESSED, RAW, DEPTH
 _MOST_MARKS = 5000
 _LONGEST = 300
-_FINAL = {"met": "holds", "violated": "violated"}
-_DURING = {"holds", "violated", "open", "unknown"}
+_FINAL = {"met": "holds"}
+_VERDICTS = {"holds", "violated", "open", "unknown"}
+_OPEN = {"verdict": "open", "margin": None, "time_s": None}
 
 
 @contextmanager
@@ -142,33 +143,36 @@ def observed_at(index: Index, time_s: float) -> dict[str, Any]:
 def requirements_at(index: Index, time_s: float) -> list[dict[str, Any]]:
     """`verdict`, `margin` and `time_s` of each requirement until then. Raises Unusable.
 
-    Without verdicts over time the report tells since when it is violated, and how it ended.
+    The report tells since when it is violated, and how it ended; the verdicts over time tell more.
     """
     data = _data(index, REQUIREMENTS, time_s)
-    verdicts = data.get("requirements") if isinstance(data, dict) else None
-    if isinstance(verdicts, list):
-        return [_verdict(each, _DURING) for each in verdicts if isinstance(each, dict)]
-    reported = index.report.get("requirements")
+    during = data.get("requirements") if isinstance(data, dict) else None
+    verdicts = during if isinstance(during, list) else []
+    entries = index.report.get("requirements")
+    reported = entries if isinstance(entries, list) else []
     return [
-        _so_far(each, time_s, index.end_s)
-        for each in (reported if isinstance(reported, list) else ())
-        if isinstance(each, dict)
+        _so_far(entry, verdict, time_s, index.end_s)
+        for entry, verdict in zip_longest(reported, verdicts)
     ]
 
 
-def _so_far(entry: Mapping[str, Any], time_s: float, end_s: float) -> dict[str, Any]:
-    found = _verdict({**entry, "verdict": _FINAL.get(str(entry.get("verdict")))}, _DURING)
-    since_s = found["time_s"] if found["verdict"] == "violated" else end_s
-    is_decided = since_s is not None and since_s <= time_s + EARLIER_S
-    return found if is_decided else {"verdict": "open", "margin": None, "time_s": None}
+def _so_far(entry: Any, verdict: Any, time_s: float, end_s: float) -> dict[str, Any]:
+    """The verdict until a time of a requirement with an entry in the report."""
+    final = _verdict(entry)
+    since_s = final["time_s"] if final["verdict"] == "violated" else end_s
+    if entry is not None and since_s is not None and since_s <= time_s + EARLIER_S:
+        return final
+    return _verdict(verdict) if verdict is not None else dict(_OPEN)
 
 
-def _verdict(data: Mapping[str, Any], known: set[str]) -> dict[str, Any]:
-    verdict = data.get("verdict")
+def _verdict(data: Any) -> dict[str, Any]:
+    found = data if isinstance(data, dict) else {}
+    verdict = str(found.get("verdict"))
+    verdict = _FINAL.get(verdict, verdict)
     return {
-        "verdict": verdict if isinstance(verdict, str) and verdict in known else "unknown",
-        "margin": _number(data.get("margin")),
-        "time_s": _number(data.get("time_s")),
+        "verdict": verdict if verdict in _VERDICTS else "unknown",
+        "margin": _number(found.get("margin")),
+        "time_s": _number(found.get("time_s")),
     }
 
 

@@ -140,6 +140,7 @@ def _as_data(line: WhyLine) -> Message:
         "role": line.role,
         "truth": line.truth,
         "place": line.place or None,
+        "name": line.name or None,
     }
 
 

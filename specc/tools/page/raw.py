@@ -25,7 +25,13 @@ class RawContent:
     """What is in the messages, as it is there."""
 
     def __init__(self, recording: Recording) -> None:
-        index = recording.index
+        self._recording = recording
+        self._signals: dict[str, tuple[str, tuple[str, ...]]] = {}
+        self._states: dict[str, list[str]] = {}
+
+    def _look(self) -> None:
+        """Find the names of signals and states in what is read of the file."""
+        recording, index = self._recording, self._recording.index
         try:
             steps = recording.steps(index.end_s)
         except Refused:
@@ -33,18 +39,17 @@ class RawContent:
         plant = recording.ask("observed_at", index.end_s) or {}
         every = (*_of_steps(steps), *((f"{PLANT}.{n}", PLANT, ("y", n)) for n in plant))
         self._signals = {name: (owner, path) for name, owner, path in islice(every, _MOST_SIGNALS)}
-        texts = index.names.texts
         self._states = {
-            name: list(dict.fromkeys(texts[number] for number in changes.states))
-            for name, changes in index.machines.items()
+            name: list(dict.fromkeys(state for *_, state in spans))
+            for name, spans in recording.spans().items()
         }
-        self._about = recording.about
-        self._required = index.report.get("requirements")
 
     def message(self) -> Message:
         """See `Content`."""
-        name = self._about.get("system", "")
-        required = self._required if isinstance(self._required, list) else []
+        self._look()
+        entries = self._recording.index.report.get("requirements")
+        required = entries if isinstance(entries, list) else []
+        name = self._recording.about.get("system", "")
         return {
             "title": name,
             "system": name,
@@ -76,6 +81,12 @@ class RawContent:
                 data = part_of(step, path)
                 found[name] = "" if data is None else truncate(json.dumps(data), _LONGEST_VALUE)
         return found
+
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """See `Content`."""
+        return {}
 
     def flow(self, steps: SeenSteps) -> list[str]:
         """See `Content`."""

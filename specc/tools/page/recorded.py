@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from threading import Lock
+from time import monotonic, sleep
 from typing import Any, Protocol
 
 from specc.refusal import Refused
 from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Message
-from specc.tools.page.moments import flow_of, series_of, states_of, values_of
+from specc.tools.page.moments import flow_of, frames_of, series_of, states_of, values_of
 from specc.tools.page.server import Asset
 from specc.tools.plot.sheet import Band, merge_short_spans
 from specc.tools.why.lines import Explainer
@@ -28,6 +29,8 @@ _MOST_SPANS = 3000
 _MOST_DECODED = 10_000
 """Messages of a series; of more, every second one is left out, and so on."""
 _LONGEST_WINDOW_S = 600.0
+_AT_ONCE_S, _BETWEEN_S = 0.03, 0.001
+"""Wall time for which a file is read while nobody can look at it, and for which others can."""
 _EARLIER_S = 1e-6
 _NOWHERE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 _NOTHING: Message = {"t": [], "lines": [], "words": []}
@@ -43,6 +46,11 @@ class Content(Protocol):
         self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
     ) -> dict[str, str]:
         """The texts of these signals, or of all."""
+
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """The poses among these signals, see `moments.frames_of`."""
 
     def flow(self, steps: SeenSteps) -> list[str]:
         """The arcs on which something went."""
@@ -72,6 +80,12 @@ class SpecifiedContent:
     ) -> dict[str, str]:
         """See `Content`."""
         return values_of(self._description, steps, plant, names)
+
+    def frames(
+        self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
+    ) -> dict[str, Sequence[float]]:
+        """See `Content`."""
+        return frames_of(self._description, steps, plant, names)
 
     def flow(self, steps: SeenSteps) -> list[str]:
         """See `Content`."""
@@ -111,27 +125,48 @@ def line_of(
 class Recording:
     """A file that is open: its `recording.index.Index`, and the metadata of the run.
 
-    `call` calls a function of a module of the runtime, and raises Refused. `notices` are what is to
-    be said of the file. `spec` is the user's specification, empty if there is none.
+    `call` calls a function of a module of the runtime, and raises Refused. `notices` tells what is
+    to be said of the file. `spec` is the user's specification, empty if there is none.
     """
 
     index: Any
     about: Mapping[str, str]
     call: Callable[..., Any]
-    notices: Sequence[str] = ()
+    notices: Callable[[], list[str]] = list
     spec: str = ""
+    _lock: Lock = field(default_factory=Lock)
+    """The index may be looked at while the file is being read."""
 
     def ask(self, question: str, *arguments: Any) -> Any:
         """What the file says of it; None where its messages are not those of a run."""
         try:
-            return self.call("recording.queries", question, self.index, *arguments)
+            with self._lock:
+                return self.call("recording.queries", question, self.index, *arguments)
         except Refused:
             return None
 
     def steps(self, time_s: float, only: str = "") -> dict[str, Any]:
         """The last step of each subsystem until then. Raises Refused."""
-        seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
+        with self._lock:
+            seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
         return {one.name: one for one in seen}
+
+    def spans(self) -> dict[str, list[tuple[float, float, str]]]:
+        """The spans of all machines, each with begin and end in s and the state."""
+        index, texts = self.index, self.index.names.texts
+        with self._lock:
+            return {
+                name: [(begin_s, end_s, texts[n]) for begin_s, end_s, n in own.spans(index.end_s)]
+                for name, own in index.machines.items()
+            }
+
+    def read_on(self, for_s: float) -> None:
+        """Read on for so long of wall time, or to the end. Raises Refused."""
+        end_s = monotonic() + for_s
+        while not self.index.is_whole and monotonic() < end_s:
+            with self._lock:
+                self.call("recording.index", "read_on", self.index, _AT_ONCE_S)
+            sleep(_BETWEEN_S)
 
 
 class RecordedRun:
@@ -139,9 +174,35 @@ class RecordedRun:
 
     def __init__(self, recording: Recording, content: Content, assets: AssetShelf) -> None:
         self._recording, self._content, self._assets = recording, content, assets
-        index = recording.index
+        self._scene: str | None = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Look at what is read of the file by now."""
+        recording, index = self._recording, self._recording.index
         self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
-        self._scene = assets.add(self._shapes) if recording.ask("shapes_of") else None
+        self._marks = list(recording.ask("marks") or ())
+        self._cameras = dict(recording.ask("pictured"))
+        poses = (recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
+        self._bodies = list(next(filter(None, poses), ()))
+        if self._scene is None and recording.ask("shapes_of"):
+            self._scene = self._assets.add(self._shapes)
+        length_s, self._spans = self._end_s - self._begin_s or 1.0, recording.spans()
+        for name, spans in self._spans.items():
+            if len(spans) > _MOST_SPANS:
+                band = Band(name, tuple(spans), ())
+                self._spans[name] = list(merge_short_spans(band, length_s))
+        self._last = {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the file is read."""
+        return bool(self._recording.index.is_whole)
+
+    def read_on(self, for_s: float) -> None:
+        """Read on for so long of wall time, or to the end. Raises Refused."""
+        self._recording.read_on(for_s)
+        self.refresh()
 
     # All of the run.
 
@@ -159,7 +220,7 @@ class RecordedRun:
             "begin_s": self._begin_s,
             "end_s": self._end_s,
             "duration_s": None,
-            "notice": list(recording.notices),
+            "notice": recording.notices(),
             "cameras": list(self._cameras),
             "bodies": self._bodies,
             "scene": self._scene,
@@ -172,35 +233,15 @@ class RecordedRun:
         """See `Source`."""
         return self._spans
 
-    @cached_property
-    def _spans(self) -> dict[str, list[tuple[float, float, str]]]:
-        index = self._recording.index
-        texts, length_s = index.names.texts, self._end_s - self._begin_s or 1.0
-        found = {}
-        for name, changes in index.machines.items():
-            spans = [(begin, end, texts[state]) for begin, end, state in changes.spans(self._end_s)]
-            if len(spans) > _MOST_SPANS:
-                spans = list(merge_short_spans(Band(name, tuple(spans), ()), length_s))
-            found[name] = spans
-        return found
-
     def marks(self) -> list[Message]:
         """See `Source`."""
         return self._marks
-
-    @cached_property
-    def _marks(self) -> list[Message]:
-        return list(self._recording.ask("marks") or ())
 
     # A moment.
 
     def now(self) -> Message:
         """See `Source`."""
         return self._last
-
-    @cached_property
-    def _last(self) -> Message:
-        return {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
 
     def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
         """See `Source`."""
@@ -215,6 +256,7 @@ class RecordedRun:
             "time_s": at_s,
             "states": states,
             "values": self._content.values(steps, plant, signals),
+            "frames": self._content.frames(steps, plant, signals),
             "requirements": self._recording.ask("requirements_at", at_s) or [],
             "poses": self._poses_at(at_s),
             "flow": self._content.flow(steps),
@@ -253,11 +295,6 @@ class RecordedRun:
 
     # Scene and pictures.
 
-    @cached_property
-    def _bodies(self) -> list[str]:
-        every = (self._recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
-        return list(next(filter(None, every), ()))
-
     def _poses_at(self, time_s: float) -> list[list[float]] | None:
         poses = self._recording.ask("poses_at", time_s)
         return [poses.get(name, _NOWHERE) for name in self._bodies] if poses else None
@@ -266,11 +303,6 @@ class RecordedRun:
         """The bodies of the scene, as they are in the file."""
         text = self._recording.ask("shapes_of")
         return Asset("application/json", text) if text else None
-
-    @cached_property
-    def _cameras(self) -> Mapping[str, str]:
-        """The topics of pictures, by the names of the elements."""
-        return dict(self._recording.ask("pictured"))
 
     def asset(self, number: int) -> Asset | None:
         """See `Source`."""

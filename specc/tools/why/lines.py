@@ -27,13 +27,17 @@ LineRole = Literal["state", "row", "condition", "reason", "read", "sent", "past"
 
 @dataclass(frozen=True, slots=True)
 class WhyLine:
-    """A line; `depth` says how far it is indented, `place` is `file:line` or empty."""
+    """A line; `depth` says how far it is indented, `place` is `file:line` or empty.
+
+    `name` is the condition or the row that it is about, as breakpoints name it.
+    """
 
     text: str
     depth: int
     role: LineRole
     truth: bool | None = None
     place: str = ""
+    name: str = ""
 
     def __str__(self) -> str:
         at = f"  ({self.place})" if self.place else ""
@@ -167,7 +171,7 @@ class Explainer:
         for (kind, condition), words in zip(behaviour.endings, names.values(), strict=True):
             if kind in after:
                 text = f"{words}: not asked, for {names[str(cause)]} occurred"
-                yield WhyLine(text, 2, "condition")
+                yield WhyLine(text, 2, "condition", name=condition.name)
             else:
                 recorded = None if has_failed else cause == kind
                 yield from self._condition(words, condition, moment, recorded)
@@ -206,10 +210,10 @@ class Explainer:
             if row.is_otherwise:
                 others = "no other row applies" if holds else "another row applies"
                 truth = "else" if holds is None else f"{holds}, for {others}"
-                yield WhyLine(f"row {row.label}: {truth}", 2, "row", holds)
+                yield WhyLine(f"row {row.label}: {truth}", 2, "row", holds, name=row.label)
             else:
                 words = f"row {row.label}"
-                yield from self._condition(words, row.condition, moment, holds, "row")
+                yield from self._condition(words, row.condition, moment, holds, row.label)
 
     def _condition(
         self,
@@ -217,14 +221,18 @@ class Explainer:
         condition: Condition,
         moment: Moment,
         recorded: bool | None,
-        role: LineRole = "condition",
+        row: str = "",
     ) -> Iterator[WhyLine]:
-        """A condition with its truth, which is the recorded one if there is one, and why."""
+        """A condition with its truth, which is the recorded one if there is one, and why.
+
+        It is the initial condition of a `row`, or ends a state.
+        """
         computed = moment.truth(condition.when)
         truth = computed if recorded is None else recorded
         place = "" if condition.name in ("always", "never") else self.at(condition.place)
         text = f"{words}: {'not known' if truth is None else truth}"
-        yield WhyLine(text, 2, role, truth, place)
+        role: LineRole = "row" if row else "condition"
+        yield WhyLine(text, 2, role, truth, place, row or condition.name)
         if recorded is not None and computed is (not recorded):
             text = f"{self._spec} says {computed} of what was recorded: it, or an operator, is"
             yield WhyLine(text, 3, "reason")

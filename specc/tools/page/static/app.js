@@ -63,7 +63,8 @@ function toAddress() {
 
 /** A recording opens where it went wrong, if it did. */
 function firstLook(marks) {
-  const bad = marks.find((mark) => mark.kind === "fault" || mark.kind === "violation");
+  const all = marks.filter((mark) => mark.kind === "fault" || mark.kind === "violation");
+  const bad = all.find((mark) => mark.time_s > page.hello.begin_s) ?? all[0];
   if (bad && page.isFile && page.cursor === null) {
     page.look(bad.time_s);
   }

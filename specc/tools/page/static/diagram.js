@@ -2,7 +2,7 @@
 
 import { html, parseSvg } from "./dom.js";
 
-const LEAST = 0.92;
+const LEAST = 0.84;
 /** Pixels for a unit of a picture, whose text is 10 units high; smaller is not legible. */
 const NATURAL = 4 / 3;
 const MOST = 1.7;

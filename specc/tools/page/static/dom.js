@@ -68,13 +68,13 @@ export function digitsOf(period_s) {
 }
 
 /** A number for readers, with few digits and a true minus sign. */
-export function number(value) {
+export function number(value, digits = 4) {
   if (value === null || value === undefined) {
     return "–";
   }
   const size = Math.abs(value);
   const is_plain = size === 0 || (size >= 1e-3 && size < 1e5);
-  const text = is_plain ? String(Number(value.toPrecision(4))) : value.toExponential(2);
+  const text = is_plain ? String(Number(value.toPrecision(digits))) : value.toExponential(2);
   return text.replace("-", "−");
 }
 

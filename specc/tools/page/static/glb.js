@@ -51,13 +51,12 @@ export function bytesOf(text) {
  * @param {Uint8Array} bytes @returns {Part[]}
  */
 export function parseGlb(bytes) {
-  const { told, binary } = chunksOf(bytes);
-  const file = { told, binary };
+  const file = chunksOf(bytes);
   const parts = [];
-  for (const node of list(told.nodes).slice(0, LIMITS.nodes)) {
+  for (const node of list(file.gltf.nodes).slice(0, LIMITS.nodes)) {
     if (node?.mesh === undefined) continue;
     if (node.matrix || node.children) throw new Error("a model has nodes that are not supported");
-    for (const primitive of list(item(told.meshes, node.mesh, "mesh").primitives)) {
+    for (const primitive of list(item(file.gltf.meshes, node.mesh, "mesh").primitives)) {
       if (parts.length >= LIMITS.nodes) throw new Error("a model has too many parts");
       parts.push(partOf(file, primitive ?? {}, node));
     }
@@ -75,9 +74,9 @@ function chunksOf(bytes) {
   if (view.getUint32(16, true) !== JSON_CHUNK || 20 + size > bytes.length) {
     throw new Error("a model is cut");
   }
-  let told;
+  let gltf;
   try {
-    told = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + size)));
+    gltf = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + size)));
   } catch {
     throw new Error("a model has a damaged description");
   }
@@ -86,7 +85,7 @@ function chunksOf(bytes) {
   if (begin <= bytes.length && view.getUint32(24 + size, true) === BINARY_CHUNK) {
     binary = bytes.subarray(begin, begin + view.getUint32(20 + size, true));
   }
-  return { told: told ?? {}, binary };
+  return { gltf: gltf ?? {}, binary };
 }
 
 const isNear = (value) => Math.abs(value) <= LIMITS.metres;
@@ -101,8 +100,8 @@ function item(values, number, kind) {
 }
 
 /** The bytes of a buffer view. */
-function viewOf({ told, binary }, number) {
-  const view = item(told.bufferViews, number, "part of its buffer");
+function viewOf({ gltf, binary }, number) {
+  const view = item(gltf.bufferViews, number, "part of its buffer");
   const begin = view.byteOffset ?? 0;
   const end = begin + view.byteLength;
   const isWithin = Number.isInteger(begin) && Number.isInteger(end) && begin >= 0 && end >= begin;
@@ -112,7 +111,7 @@ function viewOf({ told, binary }, number) {
 
 /** The numbers of an accessor, copied: they need not be aligned in the file. */
 function numbersOf(file, number, form, most) {
-  const accessor = item(file.told.accessors, number, "list of numbers");
+  const accessor = item(file.gltf.accessors, number, "list of numbers");
   const Kind = KINDS[accessor.componentType];
   const count = accessor.count;
   if (!Kind || accessor.type !== form || accessor.sparse || !Number.isInteger(count) || count < 0) {
@@ -145,7 +144,7 @@ function partOf(file, primitive, node) {
     throw new Error("a model has triangles without corners");
   }
   const { material: number } = primitive;
-  const material = number === undefined ? {} : item(file.told.materials, number, "material");
+  const material = number === undefined ? {} : item(file.gltf.materials, number, "material");
   const look = material.pbrMetallicRoughness ?? {};
   const at = attributes.TEXCOORD_0;
   const uv = at === undefined ? null : numbersOf(file, at, "VEC2", LIMITS.points);
@@ -167,8 +166,8 @@ export function colourOf(values) {
 
 /** The PNG of a texture; the sizes in its header are within the limits. */
 function pngOf(file, texture) {
-  const source = item(file.told.textures, texture.index, "texture").source;
-  const image = item(file.told.images, source, "image");
+  const source = item(file.gltf.textures, texture.index, "texture").source;
+  const image = item(file.gltf.images, source, "image");
   if (image.mimeType !== "image/png") throw new Error("a model has a texture that is no PNG");
   const bytes = viewOf(file, image.bufferView);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

@@ -219,11 +219,12 @@ export class Painter {
    */
   draw(parts, onTop, how) {
     const { gl } = this;
-    const solid = parts.filter((part) => part.colour[3] >= 1);
-    const distance = ({ pose }) =>
-      Math.hypot(...how.eye.map((value, axis) => value - pose[axis]));
-    const clear = parts.filter((part) => part.colour[3] < 1);
-    clear.sort((a, b) => distance(b) - distance(a));
+    const distance = ({ pose }) => Math.hypot(...how.eye.map((value, n) => value - pose[n]));
+    const ranked = parts.map((part) => ({ part, far: part.isFloor ? Infinity : distance(part) }));
+    ranked.sort((a, b) => a.far - b.far || 0);
+    const nearFirst = ranked.map(({ part }) => part); // what is hidden is not shaded then
+    const solid = nearFirst.filter((part) => part.colour[3] >= 1);
+    const clear = nearFirst.filter((part) => part.colour[3] < 1).reverse();
     if (how.light) this.drawShadows(solid, how.light);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight);

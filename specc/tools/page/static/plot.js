@@ -95,7 +95,7 @@ function draw(parts, lines, series, cursor_s, width) {
     }
     const ends = greatest === least ? [least] : [least, greatest];
     for (const value of words.length > 2 ? words.keys() : ends) {
-      picture.append(label(words.length ? words[value] : number(value), y(value)));
+      picture.append(label(words.length ? words[value] : number(value, 3), y(value)));
     }
   }
   if (cursor_s >= begin_s && cursor_s <= end_s + 1e-9) {

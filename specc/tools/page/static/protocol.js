@@ -41,7 +41,7 @@
  *   flow: string[]}} Moment The answer to `look`.
  * @typedef {{text: string, depth: number, truth: boolean|null, place: string|null,
  *   role: "state"|"row"|"condition"|"reason"|"read"|"sent"|"past"|"fault",
- *   name?: string}} WhyLine
+ *   name: string|null}} WhyLine
  *   `name` is the condition's or the row's, as a breakpoint takes it.
  * @typedef {{type: "why", id: number, machine: string, time_s: number, lines: WhyLine[]}} Why
  * @typedef {{type: "series", id: number, name: string, begin_s: number, end_s: number,

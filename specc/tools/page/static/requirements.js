@@ -27,8 +27,9 @@ function build() {
     }
     return { element, sign, verdict, margin };
   });
-  const none = html("p", { class: "empty" }, "The task requires nothing.");
-  byId("verdict-list").replaceChildren(...(rows.length ? rows.map((row) => row.element) : [none]));
+  byId("requirements").hidden = rows.length === 0;
+  byId("cards").classList.toggle("no-requirements", rows.length === 0);
+  byId("verdict-list").replaceChildren(...rows.map((row) => row.element));
   show();
 }
 

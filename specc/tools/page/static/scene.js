@@ -24,6 +24,7 @@ export { composePose } from "./geometry.js";
 const PERIOD_MS = 50;
 const SLOW_MS = 40;
 const MOST_PIXELS = 2048;
+const MANY_PARTS = 500;
 const MOST_FRAMES = 50;
 const TRIAD_PIXELS = 56;
 const AXES = [
@@ -39,8 +40,8 @@ const THEMES = {
 /**
  * @typedef {object} Options
  * @property {boolean} [dark]
- * @property {(text: string) => void} [onNotice] told what of a scene cannot be shown
- * @property {(text: string) => void} [onReady] told once a scene has been drawn for the first time
+ * @property {(text: string) => void} [onNotice] gets what of a scene cannot be shown
+ * @property {() => void} [onReady] called once a scene has been drawn for the first time
  */
 
 /**
@@ -141,6 +142,7 @@ class Scene {
     this.restored = () => {
       this.isLost = false;
       this.painter = new Painter(this.gl);
+      this.uploads = null; // gone with the old context
       this.upload(this.parts);
       this.changed();
     };
@@ -170,6 +172,8 @@ class Scene {
     this.cameras = cameras;
     this.upload(parts);
     this.isFitted = false;
+    this.level = parts.length > MANY_PARTS ? 2 : 0;
+    this.cost = 0;
     for (const text of notices) this.options.onNotice?.(text);
     this.changed();
     return notices;

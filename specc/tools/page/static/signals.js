@@ -9,7 +9,7 @@ const FIRST = 4;
 /** Signals that are shown before any were chosen. */
 const MOST_FOUND = 60;
 const BETWEEN_MS = 500;
-const REST_MS = 60;
+const REST_MS = 120;
 
 const list = byId("plots");
 /** Signal -> its card: elements, question, and the last series. */

@@ -191,6 +191,9 @@ function takeHello(message) {
 
 function takeNow(message) {
   page.now = message;
+  for (const [machine, { state }] of Object.entries(message.states)) {
+    page.spans[machine] ??= [[page.hello.begin_s, null, state]]; // it has not changed yet
+  }
   if (page.cursor !== null) {
     return;
   }
@@ -215,8 +218,9 @@ function takeMoment(message) {
 }
 
 function takeSpans({ spans, replace }) {
+  page.spans = replace ? {} : page.spans;
   for (const [machine, more] of Object.entries(spans)) {
-    const own = replace ? [] : (page.spans[machine] ?? []);
+    const own = page.spans[machine] ?? [];
     for (const span of more) {
       const last = own[own.length - 1];
       if (last && last[0] === span[0]) {

@@ -243,6 +243,7 @@ function drawBand(machine, y, place) {
   const current = spanAt(machine.name, page.time_s);
   const errors = new Set(machine.states.filter((one) => one.is_error).map((one) => one.name));
   const is_chosen = machine.name === page.machine;
+  const is_moving = machine.states.length > 1;
   const paths = { plain: "", error: "", same: "", lit: "" };
   const labels = [];
   const [first, after] = range(spans, begin_s, end_s);
@@ -251,14 +252,14 @@ function drawBand(machine, y, place) {
     const span = spans[at];
     const from = x(Math.max(begin_s, span[0]));
     const until = x(Math.min(end_s, span[1] ?? page.end_s));
-    const is_lit = span === current;
+    const is_lit = span === current && is_moving;
     const is_error = errors.has(span[2]);
     if (until < drawn + 1 && !is_lit && !is_error) {
       continue; // less than a pixel, beside what is drawn already
     }
     const gap = until - from > 3 ? 1 : 0;
     const wide = Math.max(is_lit ? 2 : 1, until - from - gap);
-    const is_same = is_chosen && span[2] === current?.[2];
+    const is_same = is_chosen && is_moving && span[2] === current?.[2];
     const look = is_lit ? "lit" : is_error ? "error" : is_same ? "same" : "plain";
     paths[look] += `M${from.toFixed(1)} ${y}h${wide.toFixed(1)}v${height}h${(-wide).toFixed(1)}z`;
     drawn = Math.max(drawn, from + wide);

@@ -7,9 +7,12 @@ import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 400;
-/** Between questions while time goes on by itself. */
+const SOON_MS = 100;
+/** Between questions while time goes on by itself, and after a change of the state. */
+const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
+/** What is said besides. */
+const NEED = /, needs |: apart by /;
 const TIME = /^([\d.e+-]+) s\s+/;
-const NAMED = /^(?:error|terminal) (\S+?)(?: of mode .*)?$/;
 
 const asking = new Question("why");
 const reasons = byId("reasons");
@@ -23,10 +26,16 @@ let shape = "";
 let texts = [];
 let last_ms = 0;
 let asked = "";
+let asked_since = null;
+
+function sinceWhen() {
+  return page.shown.states[page.machine]?.since_s ?? null;
+}
 
 function ask() {
   last_ms = performance.now();
   asked = `${page.machine} ${page.time_s}`;
+  asked_since = sinceWhen();
   asking.ask({ machine: page.machine, time_s: page.cursor });
 }
 
@@ -35,7 +44,8 @@ const askAtRest = debounce(ask, REST_MS);
 function askInTime() {
   const is_moving = page.cursor === null || page.playing;
   const is_new = asked !== `${page.machine} ${page.time_s}`;
-  if (is_moving && is_new && performance.now() - last_ms > BETWEEN_MS) {
+  const between_ms = asked_since === sinceWhen() ? BETWEEN_MS : SOON_MS;
+  if (is_moving && is_new && performance.now() - last_ms > between_ms) {
     ask();
   }
 }
@@ -79,16 +89,14 @@ function showWhere() {
 
 /** @param {import("./protocol.js").WhyLine} line */
 function breakpointOf(line) {
+  const { role, name } = line;
+  if (page.isFile || !name || name === "always" || name === "never") {
+    return null;
+  }
   const machine = page.machine;
-  const name = line.name ?? line.text.replace(/:.*$/, "").match(NAMED)?.[1];
-  if (line.role === "condition" && name && !["always", "never"].includes(name)) {
-    return { kind: "condition", machine, condition: name };
-  }
-  const row = line.name ?? line.text.replace(/^row /, "").replace(/:.*$/, "");
-  if (line.role === "row" && page.chosen?.rows.some((one) => one.label === row)) {
-    return { kind: "row", machine, row };
-  }
-  return null;
+  return role === "row"
+    ? { kind: "row", machine, row: name }
+    : { kind: "condition", machine, condition: name };
 }
 
 function truthMark(truth) {
@@ -104,7 +112,7 @@ function lineOf(line) {
   const element = html(
     is_jump ? "button" : "div",
     {
-      class: `line ${line.role}${is_judged ? " judged" : ""}`,
+      class: `line ${line.role}${is_judged ? " judged" : ""}${ASIDE.test(line.text) ? " aside" : ""}`,
       type: is_jump && "button",
       title: is_jump && "Look at this time",
       onclick: is_jump && (() => page.look(Number(line.text.match(TIME)[1]))),
@@ -113,7 +121,7 @@ function lineOf(line) {
     text,
     line.place ? placeOf(line.place) : null,
   );
-  const stop = page.isFile ? null : breakpointOf(line);
+  const stop = breakpointOf(line);
   if (stop) {
     element.append(breakpointButton(stop));
   }
@@ -135,7 +143,7 @@ function write(element, line) {
 }
 
 function splitNeed(text) {
-  const at = text.search(/, needs /);
+  const at = text.search(NEED);
   return at < 0 ? [text, ""] : [`${text.slice(0, at)} `, text.slice(at + 2)];
 }
 

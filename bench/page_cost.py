@@ -1,0 +1,107 @@
+"""What the page costs a run at the speed of the clock: CPU of the run and of its server.
+
+Runs without a page, with a page that nobody has open, and with one in a browser, by turns; the CPU
+of the browser does not count. Each is measured over a stretch after its start, with all processes
+that it has started. Medians of all rounds.
+
+    python bench/page_cost.py --rounds 5 --seconds 15
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from bench.harness.building import FLAGSHIP
+from bench.harness.tables import table
+from tests.page.browser import Browser
+
+SPECS = {
+    "three_tier": FLAGSHIP.with_name("architectures") / "three_tier.yaml",
+    "flagship": FLAGSHIP,
+}
+KINDS = ("no page", "page, nobody looks", "page in a browser")
+START_S = 8.0
+"""Wall time after which a run has begun and a browser has loaded its page."""
+TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser.add_argument("--rounds", type=int, default=5, help="how often all runs are made")
+    parser.add_argument("--seconds", type=float, default=15.0, help="what is measured of a run")
+    options = parser.parse_args(arguments)
+    rows = []
+    with TemporaryDirectory(prefix="specc-bench-") as scratch:
+        for name, spec in SPECS.items():
+            rounds = [
+                [_share(spec, kind, options.seconds, Path(scratch)) for kind in KINDS]
+                for _ in range(options.rounds)
+            ]
+            shares = [median(each) for each in zip(*rounds, strict=True)]
+            for kind, share in zip(KINDS, shares, strict=True):
+                more = f"{share - shares[0]:+.1f}" if kind != KINDS[0] else ""
+                rows.append((name, kind, f"{share:.1f}", more))
+    title = f"CPU of run and server in % of a core at speed 1, medians of {options.rounds} runs"
+    print(table(title, ("", "", "%", "more"), rows))
+
+
+def _share(spec: Path, kind: str, seconds: float, scratch: Path) -> float:
+    """The CPU time of a run in percent of wall time."""
+    words = ["--speed", "1", "--cycles", "1000", "--duration", f"{START_S + 2 * seconds:g}"]
+    words += ["--ui"] if kind != KINDS[0] else []
+    command = [sys.executable, "-m", "specc", "run", str(spec), *words]
+    said = scratch / "said.txt"
+    with ExitStack() as opened:
+        out = opened.enter_context(said.open("w"))
+        run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+        opened.callback(run.wait)
+        opened.callback(run.terminate)
+        end_s = time.monotonic() + START_S
+        if kind == KINDS[2]:
+            profile = Path(opened.enter_context(TemporaryDirectory(prefix="specc-profile-")))
+            browser = Browser(profile)
+            opened.callback(browser.close)
+            page = opened.enter_context(browser.page())
+            page.size(1600, 1000)
+            while not (url := re.search(r"http://\S+", said.read_text())):
+                assert run.poll() is None, said.read_text()
+                time.sleep(0.1)
+            page.open(url.group())
+            page.wait_for("document.querySelector('.lit')", 30.0)
+        time.sleep(max(0.0, end_s - time.monotonic()))
+        begin_s, used_s = time.monotonic(), _cpu_s(run.pid)
+        time.sleep(seconds)
+        assert run.poll() is None, said.read_text()
+        return 100.0 * (_cpu_s(run.pid) - used_s) / (time.monotonic() - begin_s)
+
+
+def _cpu_s(process: int) -> float:
+    """The CPU time of a process, of those that it started, and of those that have ended."""
+    parents, used_s = {}, {}
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = file.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        parents[int(file.parent.name)] = int(fields[1])
+        used_s[int(file.parent.name)] = sum(map(int, fields[11:15])) * TICK_S
+    own, total_s = [process], 0.0
+    for one in own:  # it grows
+        total_s += used_s.get(one, 0.0)
+        own += [child for child, parent in parents.items() if parent == one]
+    return total_s
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""A run that is paused ends at once by Ctrl-C, and is no run that hangs."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from specc_runtime import application
+
+from tests.commands import ROOT
+from tests.page.fake_server import Code, FakeServer, shown, written
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from specc_runtime.main import run
+from specc_runtime.options import Options
+from specc_runtime.page.page import Page
+
+descriptor, package, base, report = sys.argv[1:]
+options = Options(
+    directory=Path(package), base=Path(base), report=Path(report), duration_s=1000.0, quiet=True
+)
+page = Page(int(descriptor))
+code = run(options, page)
+page.close()
+sys.exit(code)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_paused_run_ends_by_a_signal_with_safe_outputs(
+    number: signal.Signals, tmp_path: Path
+) -> None:
+    code = written(ROOT / "specs/architectures/reactive.yaml", tmp_path)
+    report = tmp_path / "report.json"
+    ours, theirs = socket.socketpair()
+    words = [str(theirs.fileno()), str(code.package), str(code.spec.parent), str(report)]
+    with theirs:
+        process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *words],
+            pass_fds=(theirs.fileno(),),
+            stderr=subprocess.PIPE,
+        )
+    server = FakeServer(ours)
+    server.send("watch", clients=1)
+    server.wait("state")
+    server.send("pause")
+    server.paused()
+    begin_s = time.monotonic()
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert time.monotonic() - begin_s < 2.0
+    assert process.returncode == 128 + number, errors
+    found = json.loads(report.read_text())
+    assert found["ended"] == "interrupted"
+    assert found["last_outputs"]
+    assert all(not last["problem"] for last in found["last_outputs"].values())
+    assert server.wait("end")["ended"] == "interrupted"
+    assert server.of("state")[-1]["status"] in ("paused", "ended")
+
+
+def test_the_watchdog_takes_a_pause_for_progress(
+    gate: Code, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = application.Watchdog
+    monkeypatch.setattr(
+        application, "Watchdog", lambda *args, **named: made(*args, patience_s=0.4, **named)
+    )
+    with shown(gate, {"do": "pause"}, duration_s=5.0) as run:
+        run.server.paused()
+        time.sleep(1.5)
+    assert "no progress" not in capfd.readouterr().err
