@@ -24,9 +24,10 @@ from specc_runtime.session import Session
 from specc_runtime.timing import RealTime
 
 from specc.cli import main
-from tests.recording.runs import messages
+from tests.recording.runs import messages, specc
 from tests.runtime.apart import built
 from tests.runtime.desk import ENABLE, MODE, READER, SPEC, START, STOP, N, V
+from tests.runtime.test_disturbances import MODEL
 from tests.seeds import blocks
 
 Operated = Sequence[tuple[float, str, Any]]
@@ -390,3 +391,109 @@ def test_a_task_operates_as_a_program_does(
         assert {each["by"] for each in data["panel"]} == {"task"}
         assert len(data["panel"]) == 10
     assert main(["replay", str(file), "--spec", str(spec), "--check"]) == 0
+
+
+def test_another_specification_goes_on_with_what_was_operated(
+    package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The recorded one repeats the operations until then, and the other one does not."""
+    spec, file, report = (tmp_path / name for name in ("apart.yaml", "run.mcap", "report.json"))
+    whole = ran(package, monkeypatch, ALL, record=file)
+    monkeypatch.undo()
+    spec.write_text(SPEC.replace("else most", "else 2 * most"))
+    options = ["--duration", "3", "--report", str(report), "--from", f"{file}@1.5"]
+    assert main(["run", str(spec), *options]) == 0
+    past = [each for each in whole["panel"] if each["time_s"] < 1.5]
+    assert json.loads(report.read_text())["panel"] == past
+
+
+CART = """\
+specc: 1.3
+system: cart
+agents:
+  cart:
+    real_effectors: {wheels: {x: {v_d: "real[m/s]"}, y: {s: "real[m]"}}}
+    real_receptors: {desk: {y: {v: "real[m/s]", go: bool}}}
+    virtual_effectors:
+      wheels:
+        rate: 50 Hz
+        x: {c: {v_d: {type: "real[m/s]", init: 0}}, E: {s: "real[m]"}}
+        y: {E: {v_d: "real[m/s]"}, c: {s: "real[m]"}}
+        functions: {drive: {y.E.v_d: x.c.v_d, y.c.s: x.E.s}}
+        behaviours: {drive: {functions: [drive], terminal: never}}
+        states: {S0: drive}
+        initial_state: S0
+    virtual_receptors: {desk: {rate: 20 Hz, through: identity}}
+    control:
+      rate: 20 Hz
+      x: {wheels: {s: "real[m]"}, desk: {v: "real[m/s]", go: bool}}
+      y: {wheels: {v_d: "real[m/s]"}}
+      functions:
+        go: {y.wheels.v_d: "x.desk.v if present(x.desk.v) else 0[m/s]"}
+        rest: {y.wheels.v_d: 0}
+      behaviours:
+        rest: {functions: [rest], terminal: {when: present(x.desk.go) and x.desk.go}}
+        go: {functions: [go], terminal: {when: "present(x.wheels.s) and x.wheels.s > 9[m]"}}
+      states: {resting: rest, going: go}
+      initial_state: resting
+      transitions: [[resting, terminal, always, going], [going, terminal, always, resting]]
+plant:
+  PLANT
+  bind:
+    cart.E.wheels.v_d: {ACTUATOR}
+    cart.E.wheels.s: {SENSOR}
+    cart.R.desk.v: {panel: slider, range: ["0[m/s]", "1[m/s]"], init: "0[m/s]"}
+    cart.R.desk.go: {panel: button}
+task:
+  cycle: {of: cart.c, from: going, to: resting}
+  disturb:
+    - {at: "0.2[s]", turn: {cart.R.desk.v: "0.5[m/s]"}, because: of the test}
+    - {at: "0.4[s]", press: [cart.R.desk.go], because: of the test}
+require:
+  - {that: "throughout(0.4[s], state(cart.c) == resting)", because: nobody has pressed}
+  - {that: "within(0.8[s], present(cart.E.wheels.v_d) and cart.E.wheels.v_d > 0.4[m/s])",
+     because: the operator says so}
+"""
+DRIVER = """\
+class Cart:
+    def reset(self, seed):
+        self.s = 0.0
+
+    def sample(self, name):
+        assert name == "cart.E.wheels.s", name
+        return self.s
+
+    def actuate(self, name, value):
+        self.v = value
+
+    def advance(self, duration_s):
+        self.s += 0.0
+
+    def close(self):
+        pass
+"""
+
+
+@pytest.mark.parametrize(
+    ("is_python", "options"),
+    [
+        (False, []),
+        (True, []),
+        pytest.param(False, ["--real-time"], marks=pytest.mark.long),
+        pytest.param(True, ["--real-time"], marks=pytest.mark.long),
+    ],
+)
+def test_a_panel_is_beside_a_model_or_a_plant_in_python(
+    tmp_path: Path, is_python: bool, options: Sequence[str]
+) -> None:
+    """In real time that one is in the device host."""
+    plant = ("model: cart.xml", "actuators: [wheels]", "joints: [cart]")
+    text = CART
+    words = ('python: "panel_driver:Cart"', "", "") if is_python else plant
+    for name, word in zip(("PLANT", "ACTUATOR", "SENSOR"), words, strict=True):
+        text = text.replace(name, word)
+    (tmp_path / "cart.xml").write_text(MODEL)
+    (tmp_path / "panel_driver.py").write_text(DRIVER)
+    (tmp_path / "cart.yaml").write_text(text)
+    found = specc("run", tmp_path / "cart.yaml", "--duration", "1.2", *options)
+    assert found.returncode == 0, found.stdout + found.stderr

@@ -86,7 +86,12 @@ ARCHITECTURES = (
     Architecture(
         "teleoperation",
         58,
-        fault=(("[halting,  terminal, always, resting]", "[halting,  terminal, always, halting]"),),
+        fault=(
+            (
+                "[halting,  terminal, always,    resting]",
+                "[halting,  terminal, always,    halting]",
+            ),
+        ),
         finds="W1001",
         failure=(("or elapsed > 0.3[s]", "or elapsed > 30[s]"),),
         failure_seed=1,  # in some runs the arm stands when the stick fails
