@@ -2,7 +2,7 @@
 
 Runs without a page, with a page that nobody has open, and with one in a browser, by turns; the CPU
 of the browser does not count. Each is measured over a stretch after its start, with all processes
-that it has started. Medians of all rounds.
+that it has started. The page is shown once a state is lit. Medians of all rounds.
 
     python bench/page_cost.py --rounds 5 --seconds 15
 """
@@ -41,27 +41,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rounds", type=int, default=5, help="how often all runs are made")
     parser.add_argument("--seconds", type=float, default=15.0, help="what is measured of a run")
     options = parser.parse_args(arguments)
-    rows = []
+    rows, opened_s = [], []
     with TemporaryDirectory(prefix="specc-bench-") as scratch:
         for name, spec in SPECS.items():
             rounds = [
-                [_share(spec, kind, options.seconds, Path(scratch)) for kind in KINDS]
+                [_shares(spec, kind, options.seconds, Path(scratch)) for kind in KINDS]
                 for _ in range(options.rounds)
             ]
-            shares = [median(each) for each in zip(*rounds, strict=True)]
-            for kind, share in zip(KINDS, shares, strict=True):
-                more = f"{share - shares[0]:+.1f}" if kind != KINDS[0] else ""
-                rows.append((name, kind, f"{share:.1f}", more))
-    title = f"CPU of run and server in % of a core at speed 1, medians of {options.rounds} runs"
-    print(table(title, ("", "", "%", "more"), rows))
+            opened_s += [each[2][2] for each in rounds]
+            without = median(each[0][0] for each in rounds)
+            for place, kind in enumerate(KINDS):
+                runs, servers, _ = zip(*(each[place] for each in rounds), strict=True)
+                total = median(map(sum, zip(runs, servers, strict=True)))
+                shares = f"{median(runs):.1f}", f"{median(servers):.1f}", f"{total - without:+.1f}"
+                rows.append((name, kind, *shares))
+    title = f"CPU in % of a core at speed 1, medians of {options.rounds} runs"
+    print(table(title, ("", "", "run", "server", "more in all"), rows))
+    print(f"Shown {median(opened_s):.1f} s after its URL, at most {max(opened_s):.1f} s")
 
 
-def _share(spec: Path, kind: str, seconds: float, scratch: Path) -> float:
-    """The CPU time of a run in percent of wall time."""
+def _shares(spec: Path, kind: str, seconds: float, scratch: Path) -> tuple[float, float, float]:
+    """The CPU times of a run and of its server in percent, and after how long a page is shown."""
     words = ["--speed", "1", "--cycles", "1000", "--duration", f"{START_S + 2 * seconds:g}"]
     words += ["--ui"] if kind != KINDS[0] else []
     command = [sys.executable, "-m", "specc", "run", str(spec), *words]
-    said = scratch / "said.txt"
+    said, opened_s = scratch / "said.txt", 0.0
     with ExitStack() as opened:
         out = opened.enter_context(said.open("w"))
         run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
@@ -77,17 +81,21 @@ def _share(spec: Path, kind: str, seconds: float, scratch: Path) -> float:
             while not (url := re.search(r"http://\S+", said.read_text())):
                 assert run.poll() is None, said.read_text()
                 time.sleep(0.1)
+            named_s = time.monotonic()
             page.open(url.group())
-            page.wait_for("document.querySelector('.lit')", 30.0)
+            page.wait_for("document.querySelector('.lit')")
+            opened_s = time.monotonic() - named_s
         time.sleep(max(0.0, end_s - time.monotonic()))
-        begin_s, used_s = time.monotonic(), _cpu_s(run.pid)
+        begin_s, before_s = time.monotonic(), _cpu_s(run.pid)
         time.sleep(seconds)
         assert run.poll() is None, said.read_text()
-        return 100.0 * (_cpu_s(run.pid) - used_s) / (time.monotonic() - begin_s)
+        passed_s, after_s = time.monotonic() - begin_s, _cpu_s(run.pid)
+    used = [100.0 * (a - b) / passed_s for a, b in zip(after_s, before_s, strict=True)]
+    return used[0], used[1], opened_s
 
 
-def _cpu_s(process: int) -> float:
-    """The CPU time of a process, of those that it started, and of those that have ended."""
+def _cpu_s(process: int) -> tuple[float, float]:
+    """The CPU time of a run with all that it started, and of its server."""
     parents, used_s = {}, {}
     for file in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -96,11 +104,14 @@ def _cpu_s(process: int) -> float:
             continue
         parents[int(file.parent.name)] = int(fields[1])
         used_s[int(file.parent.name)] = sum(map(int, fields[11:15])) * TICK_S
-    own, total_s = [process], 0.0
+    own, total_s, server_s = [process], 0.0, 0.0
     for one in own:  # it grows
-        total_s += used_s.get(one, 0.0)
+        if b"specc.tools.page" in Path(f"/proc/{one}/cmdline").read_bytes():
+            server_s += used_s[one]
+        else:
+            total_s += used_s[one]
         own += [child for child, parent in parents.items() if parent == one]
-    return total_s
+    return total_s, server_s
 
 
 if __name__ == "__main__":

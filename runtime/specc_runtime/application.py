@@ -138,7 +138,7 @@ class _Attempt:
         self._options = options = placed(timed(options, system), system)
         keys = _keys(options, system)
         self._check_interrupted()
-        self._processes.begin(system, options)
+        self._processes.begin(system, options, is_shown=self._page is not None)
         spec = system.plant
         plant = None
         if spec is not None and system.needs_plant:

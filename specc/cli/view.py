@@ -60,7 +60,7 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
     """
     from specc.tools.page.description import AssetShelf, Description
     from specc.tools.page.raw import RawContent
-    from specc.tools.page.recorded import Content, RecordedRun, Recording, SpecifiedContent
+    from specc.tools.page.recorded import RecordedContent, RecordedRun, Recording, SpecifiedContent
     from specc.tools.why.lines import Explainer
 
     about, texts = call_runtime("recording.messages", "recorded", index.path)
@@ -75,7 +75,7 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
 
     recording = Recording(index, about, call_runtime, all_notices, spec)
     assets = AssetShelf()
-    content: Content
+    content: RecordedContent
     if result is None or result.system is None:
         content = RawContent(recording)
     else:

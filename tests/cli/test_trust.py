@@ -107,7 +107,7 @@ AS_SPECIFICATION = [
     *(["validate"], ["validate", "--fix"], ["build"], ["run"], ["sweep"], ["fmt"], ["status"]),
     *(["ages"], ["explore"], ["explore", "--traces=t"], ["diff", "talk.yaml"], ["witness"]),
     *(["import", "scxml"], ["init"], ["replay", "run.mcap", "--spec"], ["replay"]),
-    ["why", "run.mcap@0.1", "--spec"],
+    *(["why", "run.mcap@0.1", "--spec"], ["view", "run.mcap", "--spec"]),
 ]
 PICKLED = b"cos\nsystem\n(S'touch marker'\ntR."
 
@@ -178,4 +178,4 @@ def test_the_page_names_every_command(capsys: pytest.CaptureFixture[str]) -> Non
     commands = set(re.findall(r"^    ([a-z]+)\b", capsys.readouterr().out, re.MULTILINE))
     assert commands and commands <= set(re.findall(r"`(?:specc )?([a-z]+)[` ]", page))
     silent = {command[0] for command in NOTHING_RUNS}
-    assert commands == silent | {"sweep", "import", "lsp"}
+    assert commands == silent | {"sweep", "import", "lsp", "view"}

@@ -10,6 +10,9 @@ GOES_ON = {
     "cli/explore.py": "a trace that cannot be recorded is told with its reason",
     "tools/page/description.py": "a picture that cannot be drawn is left out",
     "tools/page/live.py": "a process of its own tells it, and to browsers when a run begins anew",
+    "cli/view.py": "a page goes on with what can be read of a recording, and says what cannot",
+    "tools/page/recorded.py": "what a message of a stranger does not say is left out",
+    "tools/page/raw.py": "what a message of a stranger does not say is left out",
     "cli/recordings.py": "a recorded specification that cannot be run is told with its reason",
 }
 

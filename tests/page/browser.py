@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 Json = dict[str, Any]
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 START_S = 30.0
-WAIT_S = 10.0
+WAIT_S = 30.0
 POLL_S = 0.03
 _OPTIONS = (
     "--headless=new",

@@ -59,16 +59,6 @@ class PageRun:
         client.sendall("\r\n".join(lines).encode())
         return client
 
-    def answer(self, path: str = "/", **headers: str) -> str:
-        """The status of an answer to a plain request; a header with "" is left out."""
-        own = {"Host": f"127.0.0.1:{self.port}", "Cookie": self.cookie} | headers
-        fields = (f"{name.replace('_', '-')}: {value}" for name, value in own.items() if value)
-        lines = [f"GET {path} HTTP/1.1", *fields]
-        with socket.create_connection(("127.0.0.1", self.port), timeout=END_S) as client:
-            client.sendall("\r\n".join([*lines, "", ""]).encode())
-            got = client.recv(64)
-        return got.split()[1].decode()
-
 
 @contextmanager
 def page_run(folder: Path, *words: object) -> Iterator[PageRun]:
@@ -97,3 +87,14 @@ def wait_paused(page: Page, state: str) -> float:
     page.wait_for(f"{LIT} == '{state}' && {STATUS} == 'paused'", END_S)
     time_s: float = page.evaluate(TIME)
     return time_s
+
+
+def set_speed(page: Page, value: str) -> None:
+    """Choose a speed in the page."""
+    page.evaluate(
+        f"""(() => {{
+            const speed = document.getElementById("speed");
+            speed.value = "{value}";
+            speed.dispatchEvent(new Event("change"));
+        }})()"""
+    )

@@ -278,3 +278,25 @@ def test_a_page_that_comes_before_the_run_waits_for_it() -> None:
         visitor.next("refused")
         run.begin()
         assert visitor.next("hello")["title"] == "Conveyor with a gate"
+
+
+def test_rows_that_follow_one_another_are_counted(run: FakeRun) -> None:
+    again = [["gate.c", number / 20, "closed", "closed again"] for number in range(1, 201)]
+    first = ["gate.c", 0.0, "closed", ""]
+    run.send("spans", changes=[first, *again, ["gate.c", 10.05, "halting", "a row"]])
+    step = {
+        "stamp": 0, "before": "", "state": "closed", "cause": "", "row": -1, "transition": "",
+        "conditions": {}, "fresh": {}, "x": {}, "y": {}, "memory": {},
+    }  # fmt: skip
+    for time_s in (4.0, 11.0):
+        one = {"step": {**step, "time": time_s}, "memory": {}, "entered_s": 0.0, "since_s": 0.0}
+        run.state(time_s, {"gate.c": one})
+    with run.visit() as visitor:
+        assert visitor.next("spans")["spans"]["gate.c"][0] == [0.0, 10.05, "closed"]
+        for time_s, *texts in (
+            (4.0, "0.05 s  closed again, 80 times until 4 s"),
+            (None, "0.05 s  closed again, 200 times until 10 s", "10.05 s  a row"),
+        ):
+            lines = visitor.ask("why", machine="gate.c", time_s=time_s)["lines"]
+            past = [line["text"].strip() for line in lines if line["role"] == "past"]
+            assert past == ["last transitions:", *texts]

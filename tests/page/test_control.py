@@ -204,7 +204,8 @@ def test_what_is_no_command_is_refused(gate: Code) -> None:
 
 def test_a_run_in_real_time_has_no_pause(tmp_path: Path) -> None:
     code = written(GATE, tmp_path, real_time=True)
-    with shown(code, real_time=True, duration_s=2.0, inline=True) as run:
+    early = {"do": "break", "breakpoints": [BREAK["row"][0]]}
+    with shown(code, early, real_time=True, duration_s=2.0, inline=True) as run:
         run.server.wait("begin")
         for command in (
             {"do": "pause"},

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from specc_runtime import main
 from specc_runtime.recording.index import Index
 from specc_runtime.recording.moment import seen_at
 
@@ -124,3 +125,20 @@ def test_a_recording_has_the_verdicts(gate: Code, tmp_path: Path) -> None:
     ]  # fmt: skip
     between = [b - a for a, b in pairwise(times[:-1]) if b not in changes]
     assert all(gap >= 0.5 - 1e-6 for gap in between)
+
+
+def test_steps_that_other_processes_make_are_seen(gate: Code, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    assert main.run(gate.options(duration_s=3.0, record=file)) == 0
+    found = messages(file)
+    with shown(gate, speed=2.0, duration_s=3.0, apart=("belt.drive", "gate.eye")) as run:
+        run.thread.join()
+    states = run.server.of("state")
+    for name in ("belt.drive", "gate.eye", "gate.c"):
+        recorded = {data["stamp"]: data for _, data in found[f"/{name}"]}
+        seen = [state["steps"][name] for state in states if name in state["steps"]]
+        assert len(seen) > 10
+        for one in seen:
+            assert one["step"] == recorded[one["stamp"]]
+            if one["stamp"] > 0:
+                assert one["memory"] == recorded[one["stamp"] - 1]["memory"]

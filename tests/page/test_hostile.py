@@ -50,6 +50,7 @@ def test_titles_are_texts(title: str, tmp_path: Path) -> None:
                 "path",
                 "polygon",
                 "text",
+                "tspan",
                 "polyline",
                 "ellipse",
                 "title",

@@ -16,9 +16,8 @@ from tests.page.looks import OUTSIDE
 FONTS = ("DejaVu Sans", "Liberation Sans")
 """The second is as wide as Arial and Helvetica, the first 12 to 16 % wider."""
 SPECS = (
-    "conveyor_gate", "irp_picking", "rovers", "architectures/reactive",
-    "architectures/recovering_picking", "architectures/three_tier", "architectures/two_tier",
-    "architectures/syndicate", "examples/panda_bin", "examples/tray_cell",
+    "conveyor_gate", "irp_picking", "architectures/recovering_picking", "architectures/three_tier",
+    "examples/tray_cell",
 )  # fmt: skip
 
 

@@ -27,17 +27,6 @@ from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK
 from tests.runtime.test_live_constants import spec_in
 
-PANEL = """\
-plant:
-  bind:
-    desk.R.buttons.start: {panel: button, key: s}
-    desk.R.buttons.enable: {panel: button, hold: true}
-    desk.R.buttons.stop: {panel: switch}
-    desk.R.buttons.v: {panel: slider, range: ["0[m/s]", "0.2[m/s]"], init: "0.1[m/s]"}
-    desk.R.buttons.mode: {panel: choice, init: manual}
-    desk.R.buttons.n: {panel: number, range: [0, 10], init: 1}
-"""
-
 TELEOPERATION = ROOT / "specs/architectures/teleoperation.yaml"
 
 
@@ -151,7 +140,7 @@ def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
 
 def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
     spec, report = tmp_path / "desk.yaml", tmp_path / "report.json"
-    spec.write_text(DESK + PANEL)
+    spec.write_text(DESK)
     with asked(spec, "--duration", 6, "--report", report) as run:
         server = run.server
         server.send("speed", value=5.0)

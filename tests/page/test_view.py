@@ -19,6 +19,7 @@ from specc.cli.view import recorded_run
 from tests.commands import ROOT, specc
 from tests.page.browser import Page
 from tests.page.recordings import KEPT, forged_run, opened, served, why_text
+from tests.page.runs import LIT, TIME
 from tests.recording.runs import CONVEYOR, messages
 from tests.recording.test_damage import _damaged_at
 from tests.recording.test_why_told import MOVING, _changed
@@ -265,9 +266,6 @@ def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
 
 # In the browser.
 
-LIT = "[...document.querySelectorAll('#states .lit')].map((each) => each.id)"
-TIME = "parseFloat(document.getElementById('time').textContent)"
-
 
 def test_the_page_shows_where_a_machine_was(page: Page) -> None:
     with served(KEPT) as run:
@@ -275,8 +273,8 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         page.open(run.url)
         page.wait_for("document.querySelectorAll('.bands .band').length == 5")
         page.wait_for("document.querySelector('#source').innerText.includes('conveyor_gate.mcap')")
-        page.evaluate("document.querySelector('input.cursor').value = 3.1")
-        page.evaluate("document.querySelector('input.cursor').dispatchEvent(new Event('input'))")
+        page.evaluate("const slider = document.querySelector('input.cursor'); slider.value = 3.1;"
+                      "slider.dispatchEvent(new Event('input'))")  # fmt: skip
         page.wait_for(f"{TIME} == 3.1")
         done = specc("why", f"{KEPT}@3.1", "--spec", CONVEYOR)
         shown = "[...document.querySelectorAll('#machines > *')].map((each) => each.innerText)"
@@ -284,9 +282,8 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         page.wait_for(f"{shown}.join(' ').includes('{states['gate.c']}')")
         found = " ".join(page.evaluate(shown)).split()
         assert {found[found.index(name) + 1] == state for name, state in states.items()} == {True}
-        lit = page.wait_for(f"{LIT}.length == 1 && {LIT}[0]")
         chosen = page.evaluate("document.querySelector('#machines [aria-selected=true]').innerText")
-        assert lit.endswith(f"-s-{states[chosen.split()[0]]}")
+        page.wait_for(f"{LIT} == '{states[chosen.split()[0]]}'")
         assert page.errors() == []
         assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{run.port}"}
 
@@ -316,3 +313,24 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
         page.open(run.url)
         page.wait_for("document.querySelector('#notices')?.innerText.includes('it was cut after')")
         assert page.errors() == []
+
+
+@pytest.mark.long
+def test_the_flagship_with_and_without_its_specification(tmp_path: Path) -> None:
+    """Its conditions call operators, and its poses, images and chains are of all kinds."""
+    file, spec = tmp_path / "run.mcap", Path("specs/irp_picking.yaml")
+    assert specc("run", spec, "--duration", 4, "--record", file).returncode == 0
+    run, own, unknown = opened(file), opened(file, spec), 0
+    for number, time_s in enumerate(_moments(7, 4.0)):
+        shown = run.moment(time_s, None)
+        assert shown == own.moment(time_s, None)
+        machine = sorted(shown["states"])[number % len(shown["states"])]
+        done = specc("why", f"{file}@{time_s}", machine, "--spec", spec)
+        assert why_text(own, machine, time_s) == done.stdout
+        without = why_text(run, machine, time_s)
+        unknown += "operators are not called without --spec" in without
+        truths = [line.split("  (")[0] for line in done.stdout.splitlines() if ": True" in line]
+        assert all(line in without for line in truths if line.strip().startswith("row"))
+    assert unknown
+    cameras = run.hello()["cameras"]
+    assert len(cameras) == 2 and all(run.picture(camera, 2.0) for camera in cameras)

@@ -23,6 +23,7 @@ from specc_runtime.page.link import Link
 from specc_runtime.page.pictures import Picture, Pictures
 from specc_runtime.panel import Operation, Panel
 from specc_runtime.plant import Posed
+from specc_runtime.processes.worker import glimpse
 from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.log import Texts
 from specc_runtime.recording.scene import scene_of
@@ -200,14 +201,12 @@ class Feed:
         self._clock, self._plant = clock, plant
         self._pictures = Pictures(plant, layouts, clock, self._refuse)
         shelf, topics = NoImages(self._pictures.see), Topics()
-        steps = [
-            Steps(s.subsystem, layouts[s.subsystem.name], shelf, topics) for s in system.subsystems
-        ]
-        self._seen = {
-            name: LiveSubsystem(each, topics[topic_of(name)])
-            for each in steps
-            for name in [each.subsystem.name]
-        }
+        self._seen: dict[str, LiveSubsystem] = {}
+        for subsystem in (scheduled.subsystem for scheduled in system.subsystems):
+            name, layout = subsystem.name, layouts[subsystem.name]
+            is_apart = name in options.apart
+            steps = Steps(subsystem, glimpse(layout) if is_apart else layout, shelf, topics)
+            self._seen[name] = LiveSubsystem(steps, topics[topic_of(name)])
         self._truth = _truth_of(system, plant, layouts)
         self._posed: Posed | None = None
         if plant is not None and not shortcomings(plant, Posed):

@@ -80,7 +80,8 @@ class Page:
         self._parts = Parts(subsystems, layouts, requirements)
         self._feed = Feed(self._link, self.control, options, system, layouts, plant, clock)
         self._feed.watch(self._watched)
-        self._break({"breakpoints": self._breakpoints})
+        if not options.real_time:
+            self._break({"breakpoints": self._breakpoints})
         return self._feed
 
     def begin(self, run: Run) -> None:
@@ -166,6 +167,8 @@ class Page:
             self._refuse_in_real_time("breakpoints")
         found, refused = breakpoints(listed, self._parts)
         self._breakpoints = listed
+        if self._system is None:
+            return  # they are looked up once there is a run
         self.control.set_breakpoints(found)
         for text in refused:
             self.refuse(text)

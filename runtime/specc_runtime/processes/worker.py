@@ -16,8 +16,9 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain
 from threading import Lock
@@ -166,8 +167,10 @@ class Processes:
     def __init__(self) -> None:
         self._workers: dict[str, Worker] = {}
 
-    def begin(self, system: System, options: Options) -> None:
+    def begin(self, system: System, options: Options, *, is_shown: bool = False) -> None:
         """Begin those that the options ask for; `wait` says when they can be used.
+
+        A run that is shown has what a `glimpse` of its subsystems has.
 
         Raises UsageError for subsystems whose values cannot cross.
         """
@@ -177,12 +180,16 @@ class Processes:
         assigned = {}
         for name in options.apart:
             layout = layouts[name]
-            is_recorded = options.record is not None
-            remembered = _remembered(system, name, layout.memory, is_recorded)
+            looked_at = Layout((), (), (), {})
+            if options.record is not None:
+                looked_at = layout
+            elif is_shown:
+                looked_at = glimpse(layout)
+            remembered = _remembered(system, name, layout.memory, looked_at.memory)
             _check(name, layout, remembered)
             order = Assignment(*_places(options), name, options.check_operators, options.real_time)
             reported = _read(system, name, "reported")
-            seen = {e.attribute for e in layout.x} if is_recorded else reported
+            seen = reported | {e.attribute for e in looked_at.x}
             assigned[name] = order, layout, remembered, seen
         for name, given in assigned.items():
             self._workers[name] = Worker(*given)
@@ -215,6 +222,13 @@ class Processes:
             worker.close()
 
 
+def glimpse(layout: Layout) -> Layout:
+    """What a page sees of a subsystem in a process of its own: no images, no opaque memory."""
+    x = [element for element in layout.x if not element.form.has_image]
+    memory = [e for e in layout.memory if not (e.form.has_image or e.form.is_opaque)]
+    return replace(layout, x=x, memory=memory)
+
+
 def _places(options: Options) -> tuple[str, str]:
     """The folders of the package and of the specification, for a process that starts elsewhere."""
     base = str(options.base)
@@ -222,16 +236,17 @@ def _places(options: Options) -> tuple[str, str]:
 
 
 def _remembered(
-    system: System, name: str, memory: Iterable[Element], is_recorded: bool
+    system: System, name: str, memory: Iterable[Element], looked_at: Sequence[Element]
 ) -> tuple[str, ...]:
-    """Attributes of the memory that somebody looks at; a recording leaves out what cannot cross."""
+    """Attributes of the memory that somebody looks at, or needs; what cannot cross is left out."""
     task = system.task
     read_elsewhere = set(task.watch) if task is not None and task.subsystem == name else set()
     read_elsewhere |= _read(system, name, "memory")
     return tuple(
         element.attribute
         for element in memory
-        if element.attribute in read_elsewhere or (is_recorded and not any(uncodable([element])))
+        if element.attribute in read_elsewhere
+        or (element in looked_at and not any(uncodable([element])))
     )
 
 

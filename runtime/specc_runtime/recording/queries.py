@@ -18,14 +18,12 @@ from specc_runtime.recording.index import EARLIER_S, Index, Last
 from specc_runtime.recording.messages import LATEST_S, entries_of
 from specc_runtime.recording.pictures import COMPRESSED, RAW, shown_message
 from specc_runtime.recording.scene import POSES, SHAPES, poses_of
-from specc_runtime.recording.snapshots import CHANGES
+from specc_runtime.recording.snapshots import CHANGES, PANEL
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
 from specc_runtime.recording.verdicts import REQUIREMENTS
 from specc_runtime.sampling import PLANT
 
-OPERATIONS = "/panel"
-"""The topic of what was done at the panel."""
 _IMAGES = COMPRESSED, RAW, DEPTH
 _MOST_MARKS = 5000
 _LONGEST = 300
@@ -103,7 +101,7 @@ def _marks(index: Index) -> Iterator[dict[str, Any]]:
         times = entry.get("times")
         more = f" ({times} times)" if type(times) is int and times > 1 else ""
         yield _mark(time_s, "disturbance", f"{entry['because'][:_LONGEST]}{more}")
-    for topic, kind, name in ((CHANGES, "change", "constant"), (OPERATIONS, "panel", "element")):
+    for topic, kind, name in ((CHANGES, "change", "constant"), (PANEL, "panel", "element")):
         for time_s, data in _every(index, topic):
             words = f"{data.get(name)} = {data.get('value')}, by {data.get('by')}"
             yield _mark(time_s, kind, words)

@@ -47,6 +47,7 @@ _LONGEST_LINE = 1 << 26
 _MOST_SPANS, _MOST_MARKS = 20_000, 5_000
 """Of a machine, and of a run, that are kept."""
 _RECENT = 5
+_ROUNDING_S = 1e-9
 _DO = {"break", "continue", "hold", "panel", "pause", "release", "restart", "set", "speed", "step",
        "watch"}  # fmt: skip
 """Commands that a run gets as the browser sends them."""
@@ -79,7 +80,7 @@ class RunHistory:
     def at(self, time_s: float) -> bytes | None:
         """The last state until then."""
         with self._lock:
-            place = bisect_right(self._times, time_s + 1e-9)
+            place = bisect_right(self._times, time_s + _ROUNDING_S)
             return self._texts[place - 1] if place else None
 
     def between(self, begin_s: float, end_s: float) -> list[bytes]:
@@ -95,6 +96,24 @@ class StateChange(NamedTuple):
     time_s: float
     state: str
     row: str
+
+
+class RowRepeats(NamedTuple):
+    """A row that a machine took, so many times one after the other, from a time to another."""
+
+    begin_s: float
+    end_s: float
+    times: int
+    row: str
+
+    def until(self, time_s: float) -> RowRepeats:
+        """What of it was until a time, as if it were taken evenly."""
+        if self.end_s <= time_s:
+            return self
+        period_s = (self.end_s - self.begin_s) / (self.times - 1)
+        periods = int((time_s - self.begin_s) / period_s + 1e-6)
+        end_s = self.begin_s + periods * period_s
+        return self._replace(end_s=end_s, times=periods + 1)
 
 
 class LiveRun:
@@ -130,6 +149,7 @@ class LiveRun:
         self._history = RunHistory()
         self._state: Message = {}
         self._spans: dict[str, list[StateChange]] = defaultdict(list)
+        self._rows: dict[str, list[RowRepeats]] = defaultdict(list)
         self._marks: list[Message] = []
         self._pictures: dict[str, Picture] = {}
 
@@ -198,8 +218,14 @@ class LiveRun:
             if not spans or spans[-1].state != state:
                 spans.append(StateChange(float(time_s), str(state), str(row)))
                 new[str(name)].append([float(time_s), None, str(state)])
-            if len(spans) > _MOST_SPANS:
-                del spans[: _MOST_SPANS // 8]
+            rows = self._rows[str(name)]
+            if row and rows and rows[-1].row == row:
+                rows[-1] = rows[-1]._replace(end_s=float(time_s), times=rows[-1].times + 1)
+            elif row:
+                rows.append(RowRepeats(float(time_s), float(time_s), 1, str(row)))
+            for each in (spans, rows):
+                if len(each) > _MOST_SPANS:
+                    del each[: _MOST_SPANS // 8]
         return new
 
     def _mark(self, marks: list[Message], server: Server) -> None:
@@ -310,14 +336,15 @@ class LiveRun:
     def _changes(self, machine: str, time_s: float) -> list[StateChange]:
         """The changes of a machine until a time."""
         begins = self._spans.get(machine, [])
-        return begins[: bisect_right(begins, time_s + 1e-9, key=lambda each: each.time_s)]
+        return begins[: bisect_right(begins, time_s + _ROUNDING_S, key=lambda each: each.time_s)]
 
     def why(self, machine: str, time_s: float | None) -> Message:
         """See `Source`."""
         one = steps_of_state(self._at(time_s)).get(machine)
         if one is not None:
-            rows = [each for each in self._changes(machine, one.step["time"]) if each.row]
-            recent = [(each.time_s, each.time_s, 1, each.row) for each in rows[-_RECENT:]]
+            until_s, rows = one.step["time"] + _ROUNDING_S, self._rows.get(machine, [])
+            place = bisect_right(rows, until_s, key=lambda each: each.begin_s)
+            recent = [each.until(until_s) for each in rows[max(0, place - _RECENT) : place]]
             one = replace(one, recent=recent)
         at_s = self._time_s if time_s is None else time_s
         known = one if machine in self._description.subsystems else None

@@ -45,7 +45,7 @@ class RawContent:
         }
 
     def message(self) -> Message:
-        """See `Content`."""
+        """See `RecordedContent`."""
         self._look()
         entries = self._recording.index.report.get("requirements")
         required = entries if isinstance(entries, list) else []
@@ -70,7 +70,7 @@ class RawContent:
     def values(
         self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
     ) -> dict[str, str]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         found = {}
         for name in [*self._states, *self._signals] if names is None else names:
             if name in self._states and name in steps:
@@ -85,19 +85,19 @@ class RawContent:
     def frames(
         self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
     ) -> dict[str, Sequence[float]]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return {}
 
     def flow(self, steps: SeenSteps) -> list[str]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return []
 
     def owner(self, name: str) -> str:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return name if name in self._states else self._signals.get(name, ("",))[0]
 
     def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
-        """See `Content`."""
+        """See `RecordedContent`."""
         times: list[float] = []
         rows: list[Sequence[float]] = []
         words = self._states.get(name, [])
@@ -112,7 +112,7 @@ class RawContent:
         return {"t": thin_times, "lines": thin, "words": words}
 
     def why(self, one: Any) -> list[Message]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         step = one.step
         since = "" if one.since_s is None else f" since {one.since_s:g} s"
         lines = [

@@ -26,7 +26,7 @@ SeenSteps = Mapping[str, Any]
 
 _MOST_SPANS = 3000
 """Of a machine that are shown one by one."""
-_MOST_DECODED = 10_000
+_MOST_DECODED = 5000
 """Messages of a series; of more, every second one is left out, and so on."""
 _LONGEST_WINDOW_S = 600.0
 _AT_ONCE_S, _BETWEEN_S = 0.03, 0.001
@@ -36,7 +36,7 @@ _NOWHERE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 _NOTHING: Message = {"t": [], "lines": [], "words": []}
 
 
-class Content(Protocol):
+class RecordedContent(Protocol):
     """What is in the messages: as the specification says, or as it is there."""
 
     def message(self) -> Message:
@@ -72,38 +72,38 @@ class SpecifiedContent:
         self._description, self._explainer = description, explainer
 
     def message(self) -> Message:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return self._description.message
 
     def values(
         self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
     ) -> dict[str, str]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return values_of(self._description, steps, plant, names)
 
     def frames(
         self, steps: SeenSteps, plant: Mapping[str, Any], names: Sequence[str] | None
     ) -> dict[str, Sequence[float]]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return frames_of(self._description, steps, plant, names)
 
     def flow(self, steps: SeenSteps) -> list[str]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return flow_of(self._description, steps)
 
     def owner(self, name: str) -> str:
-        """See `Content`."""
+        """See `RecordedContent`."""
         if name in self._description.subsystems:
             return name
         signal = self._description.signals.get(name)
         return signal.owner if signal else ""
 
     def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
-        """See `Content`."""
+        """See `RecordedContent`."""
         return series_of(self._description, name, points)
 
     def why(self, one: Any) -> list[Message]:
-        """See `Content`."""
+        """See `RecordedContent`."""
         if one.name not in self._description.subsystems:
             return [line_of(f"the specification has no subsystem {one.name}")]
         lines = self._explainer.lines(one)
@@ -172,7 +172,7 @@ class Recording:
 class RecordedRun:
     """A recording, as a source of the page."""
 
-    def __init__(self, recording: Recording, content: Content, assets: AssetShelf) -> None:
+    def __init__(self, recording: Recording, content: RecordedContent, assets: AssetShelf) -> None:
         self._recording, self._content, self._assets = recording, content, assets
         self._scene: str | None = None
         self.refresh()

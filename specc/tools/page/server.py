@@ -14,7 +14,6 @@ import secrets
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Protocol
@@ -75,8 +74,9 @@ class Asset:
 class Source(Protocol):
     """What is shown. Of the moment is `now` and `command`; the others may take their time.
 
-    The server asks `hello`, `spans`, `marks`, `now` and `command` in its loop, the others in one
-    thread beside it, one after the other. `time_s` None stands for now, or for the end.
+    The server asks `hello`, `spans`, `marks`, `now` and `command` in its loop, `asset` in a thread
+    for these, and the others in a further one, one after the other. `time_s` None stands for now,
+    or for the end.
     """
 
     def hello(self) -> Message | None:
@@ -129,7 +129,8 @@ class Server:
         self._clients: list[Client] = []
         """The first one controls."""
         self._is_begun = False
-        self._worker = ThreadPoolExecutor(1, "questions")
+        self._questions = ThreadPoolExecutor(1, "questions")
+        self._assets = ThreadPoolExecutor(1, "assets")
         self._breakpoints: list[Any] = []
         """Those of the controlling browser; they outlive the run."""
 
@@ -164,7 +165,8 @@ class Server:
         """End all connections."""
         self._server.close()
         await self._server.wait_closed()
-        self._worker.shutdown(wait=False, cancel_futures=True)
+        for worker in (self._questions, self._assets):
+            worker.shutdown(wait=False, cancel_futures=True)
 
     # What the source has to say.
 
@@ -257,13 +259,11 @@ class Server:
             return _response(HTTPStatus.NO_CONTENT, _TEXT, b"")
         found = self._files.get("/static/index.html" if path == "/" else path)
         if number := _ASSET.fullmatch(path):
-            found = await self._in_worker(partial(self._source.asset, int(number[1])))
+            loop, make = asyncio.get_running_loop(), self._source.asset
+            found = await loop.run_in_executor(self._assets, make, int(number[1]))
         if found is None:
             return _refusal(HTTPStatus.NOT_FOUND)
         return _response(HTTPStatus.OK, found.content_type, found.content)
-
-    async def _in_worker(self, work: Callable[[], Any]) -> Any:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     # Browsers.
 
@@ -349,22 +349,26 @@ class Server:
             text = f"no answer: {visible(str(error)[:_LONGEST_REASON]) or type(error).__name__}"
             client.put(json_text({"type": "refused", "id": question["id"], "text": text}))
 
+    async def _ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._questions, question, *arguments)
+
     async def _answer_question(self, client: Client, question: Message) -> None:
         kind, name, time_s = question["type"], question.get("name", ""), question["time_s"]
         source, watched = self._source, client.watched
         if kind == "look":
-            found = await self._in_worker(partial(source.moment, time_s, watched.signals))
+            found = await self._ask(source.moment, time_s, watched.signals)
             client.put_latest("moment", _answer(question, "moment", found))
             if watched.camera:
-                picture = await self._in_worker(partial(source.picture, watched.camera, time_s))
+                picture = await self._ask(source.picture, watched.camera, time_s)
                 if picture is not None:
                     client.put_latest("picture", picture.message)
         elif kind == "why":
-            found = await self._in_worker(partial(source.why, question["machine"], time_s))
+            found = await self._ask(source.why, question["machine"], time_s)
             client.put_latest(("why", question["machine"]), _answer(question, "why", found))
         else:
             window_s = question["window_s"]
-            found = await self._in_worker(partial(source.series, name, time_s, window_s))
+            found = await self._ask(source.series, name, time_s, window_s)
             client.put_latest(("series", name), _answer(question, "series", found))
 
 

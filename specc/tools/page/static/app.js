@@ -28,10 +28,9 @@ function enlarge(card, is_large) {
 
 for (const card of document.querySelectorAll(".card")) {
   const title = card.querySelector("h2").textContent;
-  const toggle = button(icon(CORNERS), `Enlarge ${title}`, () => enlarge(card, !card.matches(".large")), {
-    class: "enlarge",
-    "aria-label": `Enlarge ${title}`,
-  });
+  const words = `Enlarge ${title}, or leave it`;
+  const action = () => enlarge(card, !card.matches(".large"));
+  const toggle = button(icon(CORNERS), words, action, { class: "enlarge", "aria-label": words });
   card.querySelector("header .tools").append(toggle);
 }
 document.addEventListener("keydown", (event) => {

@@ -1,4 +1,4 @@
-/** Breakpoints: one list, set from the machine, from Why and from requirements, and its dialog. */
+/** Breakpoints: one list, set from the machine, from Why and from requirements; its dialog. */
 
 import { button, byId, html } from "./dom.js";
 import { on, page } from "./state.js";

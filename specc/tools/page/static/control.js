@@ -80,7 +80,7 @@ function setSpeed() {
   }
 }
 
-const pause = button("Pause", "Pause or go on (Space)", pauseOrGoOn, { id: "pause", class: "main" });
+const pause = button("Pause", "", pauseOrGoOn, { id: "pause", class: "main" });
 const stepping = button("Step", "", step, { id: "step" });
 const speed = html(
   "select",
@@ -89,7 +89,7 @@ const speed = html(
   html("option", { value: "max" }, "max"),
 );
 const breaks = button("Breakpoints", "Breakpoints (b)", showBreakpoints, { id: "breaks" });
-const again = button("Start again…", "Start again, with other constants", showRestart, { id: "again" });
+const again = button("Start again…", "", showRestart, { id: "again" });
 const help = button("?", "Keys (?)", showHelp, { id: "keys", "aria-label": "Keys" });
 byId("controls").append(pause, stepping, speed, breaks, again, help);
 byId("follow").addEventListener("click", () => page.look(null));
@@ -180,10 +180,11 @@ function showRestart() {
   }
   const dialog = byId("restart");
   const here_s = page.time_s;
-  const fields = page.hello.constants.map((constant) => ({
-    ...constant,
-    field: html("input", { value: constant.text, "aria-label": constant.name, spellcheck: "false" }),
-  }));
+  const fields = page.hello.constants.map((constant) => {
+    const { name, text } = constant;
+    const field = html("input", { value: text, "aria-label": name, spellcheck: "false" });
+    return { ...constant, field };
+  });
   const rows = fields.map(({ name, unit, field }) =>
     html("label", { class: "constant", "data-name": name }, html("span", {}, name), field, unit),
   );
@@ -252,7 +253,10 @@ function showHelp() {
     html(
       "dl",
       { class: "keys" },
-      ...KEYS.flatMap(([key, words]) => [html("dt", {}, html("kbd", {}, key)), html("dd", {}, words)]),
+      ...KEYS.flatMap(([key, words]) => [
+        html("dt", {}, html("kbd", {}, key)),
+        html("dd", {}, words),
+      ]),
     ),
     html("form", { method: "dialog", class: "ends" }, html("button", {}, "Close")),
   );

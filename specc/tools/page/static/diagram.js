@@ -5,7 +5,7 @@ import { html, parseSvg } from "./dom.js";
 const LEAST = 0.84;
 /** Pixels for a unit of a picture, whose text is 10 units high; smaller is not legible. */
 const NATURAL = 4 / 3;
-const MOST = 1.7;
+const MOST = 1.5;
 const MARGIN = 4;
 const NARROW = matchMedia("(max-width: 699px)");
 const CALM = matchMedia("(prefers-reduced-motion: reduce)");
@@ -82,7 +82,7 @@ export class Diagram {
     return [this.svg?.querySelector(`#${name}`), ...others].filter(Boolean);
   }
 
-  /** Scroll to an element, if it is another than the last one and not all of the picture is seen. */
+  /** Scroll to an element, if it is another than the last one. */
   centre(element, is_smooth = !CALM.matches) {
     if (!element || element === this.centred) {
       return;

@@ -6,7 +6,7 @@ const SVG = "http://www.w3.org/2000/svg";
  * Give an element its properties and content.
  * @template {Element} T
  * @param {T} element
- * @param {Object<string, any>} properties `class`, `on…` handlers, attributes; false leaves one out
+ * @param {Object<string, any>} properties attributes, and handlers by `on…`; false leaves one out
  * @param {Array<Node|string|null|undefined>} content
  * @returns {T}
  */
@@ -42,7 +42,8 @@ export function button(text, title, onclick, properties = {}) {
 
 /** A picture for a button, of strokes in a square of 16 units. */
 export function icon(d) {
-  return svg("svg", { class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d }));
+  const path = svg("path", { d });
+  return svg("svg", { class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, path);
 }
 
 /** The element of the page with that id. */
@@ -104,7 +105,7 @@ const DRAWN = new Set([
   "defs", "clipPath",
 ]);
 const ATTRIBUTE = /^(id|class|d|points|c?x|c?y|r[xy]?|[xy][12]|width|height|viewBox|transform)$/;
-const LOOK = /^(fill|stroke|font|text-anchor|opacity|clip-path|xml:space|dx$|dy$|baseline-shift$|data-rows$)/;
+const LOOK = /^(fill|stroke|font|text-anchor|opacity|clip-path|xml:space|d[xy]$|baseline-shift$)/;
 
 /**
  * The root of a picture, with nothing in it but shapes and texts.

@@ -139,7 +139,11 @@ function wordsOfRows(own) {
 }
 
 function explain(element, words) {
-  element.addEventListener("pointermove", (event) => hover(event, words()));
+  element.addEventListener("pointermove", (event) => {
+    const is_set = element.classList.contains("breakpoint");
+    const action = is_set ? "Click to remove the breakpoint" : "Click to stop here";
+    hover(event, page.refusal("break") ? words() : `${words()}\n${action}`);
+  });
   element.addEventListener("pointerleave", (event) => hover(event, ""));
 }
 
@@ -276,3 +280,4 @@ on("breakpoints", () => {
   light();
 });
 on("machine", () => emit("shown"));
+new ResizeObserver(markTab).observe(byId("machines"));

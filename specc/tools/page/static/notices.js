@@ -43,6 +43,7 @@ function showNotices() {
 }
 
 on("hello connection", showNotices);
+on("end", ({ ended, exit_code }) => say(`The run has ended: ${ended}, exit code ${exit_code}.`));
 on("refused", (message) => say(message.text, true));
 
 /** Why the run stopped; it is said with the time, which comes next. */

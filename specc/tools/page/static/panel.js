@@ -245,7 +245,7 @@ function lock() {
       control.title = refusal;
     }
   }
-  const refusal = refusals.panel || refusals.live;
+  const refusal = (widgets.size && refusals.panel) || (constants.size && refusals.live);
   const line = byId("locked");
   line.hidden = !refusal;
   setText(line, refusal ? `Not now: ${refusal}.` : "");

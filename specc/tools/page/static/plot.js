@@ -6,6 +6,8 @@ const HEIGHT = 54;
 const TOP = 4;
 const LEFT = 52;
 const RIGHT = 6;
+const PAD = 3;
+/** Between lines and the edge of their area. */
 
 /**
  * Components that share an axis: those of one unit; each with its number.
@@ -44,7 +46,8 @@ function pathOf(t, line, x, y, is_stepped) {
       return;
     }
     const [across, down] = [x(t[place]).toFixed(1), y(value).toFixed(1)];
-    path += is_inside ? (is_stepped ? `H${across}V${down}` : `L${across} ${down}`) : `M${across} ${down}`;
+    const onwards = is_stepped ? `H${across}V${down}` : `L${across} ${down}`;
+    path += is_inside ? onwards : `M${across} ${down}`;
     is_inside = true;
   });
   return path;
@@ -60,18 +63,20 @@ function pathOf(t, line, x, y, is_stepped) {
 export function plots(signal, series, cursor_s, width) {
   return axes(signal.components).map((parts) => {
     const lines = parts.map((part) => series.lines[part.place] ?? []);
-    return html("div", { class: "plot" }, draw(parts, lines, series, cursor_s, width), legend(parts));
+    const picture = draw(parts, lines, series, cursor_s, width);
+    const is_turn = signal.kind === "pose" && parts[0].name === "rx";
+    return html("div", { class: "plot" }, picture, legend(parts, is_turn ? " axis·angle" : ""));
   });
 }
 
-function legend(parts) {
+function legend(parts, more) {
   if (parts.length < 2) {
     return null;
   }
   const items = parts.map((part, at) =>
     html("span", { class: `key line-${at % 6}` }, part.name.replace(/^\[(.*)\]$/, "$1")),
   );
-  return html("div", { class: "legend" }, ...items, html("span", {}, parts[0].unit));
+  return html("div", { class: "legend" }, ...items, html("span", {}, parts[0].unit + more));
 }
 
 function draw(parts, lines, series, cursor_s, width) {
@@ -88,7 +93,8 @@ function draw(parts, lines, series, cursor_s, width) {
     const [least, greatest] = words.length ? [0, words.length - 1] : range;
     const pad = greatest === least ? Math.max(Math.abs(least) * 0.05, 1e-9) : 0;
     const [low, high] = [least - pad, greatest + pad];
-    const y = (value) => HEIGHT - TOP - 3 - ((value - low) / (high - low)) * (HEIGHT - 2 * TOP - 6);
+    const down = HEIGHT - 2 * (TOP + PAD);
+    const y = (value) => TOP + PAD + ((high - value) / (high - low)) * down;
     for (const [at, line] of lines.entries()) {
       const path = pathOf(series.t, line, x, y, words.length > 0);
       area.append(svg("path", { class: `line line-${at % 6}`, d: path }));

@@ -46,9 +46,10 @@
  * @typedef {{type: "why", id: number, machine: string, time_s: number, lines: WhyLine[]}} Why
  * @typedef {{type: "series", id: number, name: string, begin_s: number, end_s: number,
  *   t: number[], lines: (number|null)[][], words: string[]}} Series
+ * @typedef {{type: "end", ended: string, exit_code: number}} End
  * @typedef {[number, number|null, string]} Span Begin, end or null, and state.
  * @typedef {{time_s: number, text: string, kind: "fault"|"violation"|"disturbance"|"change"|
- *   "panel"|"cycle"|"break"}} Mark
+ *   "panel"|"cycle"|"break"|"lost"}} Mark
  * @typedef {{id: string, kind: "state"|"row"|"condition"|"requirement"|"sent", machine?: string,
  *   state?: string, row?: string, condition?: string, that?: string, element?: string,
  *   op?: string, value?: number, item?: number}} Breakpoint

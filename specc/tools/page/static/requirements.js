@@ -42,7 +42,8 @@ function show() {
     setText(sign, SIGNS[found.verdict]);
     const at_s = found.time_s ?? null;
     const is_dated = found.verdict === "violated" && at_s !== null;
-    setText(verdict, WORDS[found.verdict] + (is_dated ? ` at ${seconds(at_s, page.digits)}` : ""));
+    const at = is_dated ? ` at ${seconds(at_s, page.digits)}` : "";
+    setText(verdict, WORDS[found.verdict] + at);
     verdict.disabled = !is_dated;
     verdict.title = is_dated ? "Look at this time" : "";
     verdict.onclick = () => page.look(at_s);

@@ -237,6 +237,7 @@ class Scene {
       ...this.shownFrames.map(({ name }) => {
         const label = document.createElement("span");
         label.className = "scene-label";
+        label.hidden = true; // until it has a place
         label.textContent = name;
         Object.assign(label.style, { position: "absolute", left: "0", top: "0" });
         return label;
@@ -403,12 +404,13 @@ class Scene {
     this.sun = [0.5 * Math.cos(yaw), 0.5 * Math.sin(yaw), Math.sqrt(0.75)];
   }
 
-  /** The arrows of the shown frames, as large as `TRIAD_PIXELS` wherever they are. */
+  /** The arrows of the shown frames, as large on the screen wherever they are. */
   triads(view, aspect) {
     const half = Math.tan(this.orbit.angle(aspect) / 2) / (this.canvas.clientHeight / 2);
     return this.shownFrames.flatMap(({ pose }) => {
       const depth = transformed(view, pose)[3];
-      const length = TRIAD_PIXELS * Math.max(depth, 1e-3) * half;
+      const pixels = Math.min(TRIAD_PIXELS, this.canvas.clientHeight / 6);
+      const length = pixels * Math.max(depth, 1e-3) * half;
       return AXES.map(({ colour, turn }) => ({
         solid: this.usual.cylinder,
         pose: composePose(composePose(pose, [0, 0, 0, ...turn]), [0, 0, length / 2, 1, 0, 0, 0]),
@@ -425,7 +427,8 @@ class Scene {
       const [x, y, , w] = transformed(view, pose);
       const label = this.labels.children[n];
       label.hidden = w <= 0;
-      const left = ((x / w + 1) / 2) * clientWidth + 6;
+      const right = clientWidth - label.offsetWidth - 2;
+      const left = Math.max(2, Math.min(right, ((x / w + 1) / 2) * clientWidth + 6));
       const top = ((1 - y / w) / 2) * clientHeight + 4;
       label.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
     });

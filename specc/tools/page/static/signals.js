@@ -8,7 +8,8 @@ const WINDOWS = [2, 5, 10, 30, 60];
 const FIRST = 4;
 /** Signals that are shown before any were chosen. */
 const MOST_FOUND = 60;
-const BETWEEN_MS = 500;
+const BETWEEN_MS = 1000;
+/** Between plots while time goes on by itself; values come twice as often. */
 const REST_MS = 120;
 
 const list = byId("plots");
@@ -16,13 +17,27 @@ const list = byId("plots");
 let cards = new Map();
 let window_s = recall("window", 10);
 let last_ms = 0;
+let last_values_ms = 0;
+/** Cards that are in sight; others are not drawn. */
+const seen = new Set();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) {
+    const card = cards.get(target.dataset.name);
+    if (!card || !isIntersecting) {
+      seen.delete(target.dataset.name);
+    } else if (!seen.has(card.signal.name)) {
+      seen.add(card.signal.name);
+      askSeries(card);
+    }
+  }
+});
 
 // What is chosen.
 
 function chosenNames() {
   const known = new Set(page.hello.signals.map((signal) => signal.name));
-  const before = recall(`signals of ${page.hello.system}`, null)?.filter((name) => known.has(name));
-  return before?.length ? before : usual();
+  const before = recall(`signals of ${page.hello.system}`, []).filter((name) => known.has(name));
+  return before.length ? before : usual();
 }
 
 /** What is really so, and inputs of control subsystems, as far as they are numbers. */
@@ -49,14 +64,18 @@ function choose(name) {
   const signal = page.hello.signals.find((one) => one.name === name);
   if (signal && !cards.has(name)) {
     cards.set(name, cardOf(signal));
-    list.append(cards.get(name).element);
+    const { element } = cards.get(name);
+    list.append(element);
+    sight.observe(element);
     showValues();
-    askSeries(cards.get(name));
   }
 }
 
 function drop(name) {
-  cards.get(name).element.remove();
+  const { element } = cards.get(name);
+  sight.unobserve(element);
+  element.remove();
+  seen.delete(name);
   cards.delete(name);
   keep();
 }
@@ -71,7 +90,8 @@ function cardOf(signal) {
   const title = html("span", { class: "title" }, signal.title);
   const head = html("div", { class: "head" }, name, title, value, remove);
   const look = signal.components.length > 3 ? "signal long" : "signal";
-  const element = html("article", { class: look, "aria-label": signal.name }, head, pictures);
+  const properties = { class: look, "aria-label": signal.name, "data-name": signal.name };
+  const element = html("article", properties, head, pictures);
   return { signal, element, value, pictures, question: new Question("series"), series: null };
 }
 
@@ -96,19 +116,24 @@ function askSeries(card) {
 
 function askAll() {
   last_ms = performance.now();
-  for (const card of cards.values()) {
-    askSeries(card);
+  for (const name of seen) {
+    askSeries(cards.get(name));
   }
 }
 
 const askAtRest = debounce(askAll, REST_MS);
 
 function askInTime() {
-  const is_moving = page.playing || (page.cursor === null && !page.isFile);
-  if (is_moving && performance.now() - last_ms > BETWEEN_MS) {
-    if (page.cursor === null) {
-      askValues();
-    }
+  const now_ms = performance.now();
+  const is_live = page.cursor === null && !page.isFile;
+  if (document.hidden || !(page.playing || is_live)) {
+    return;
+  }
+  if (is_live && now_ms - last_values_ms > BETWEEN_MS / 2) {
+    last_values_ms = now_ms;
+    askValues();
+  }
+  if (now_ms - last_ms > BETWEEN_MS) {
     askAll();
   }
 }
@@ -272,6 +297,8 @@ byId("windows").append(choice);
 on("hello", () => {
   cards = new Map();
   cells = new Map();
+  seen.clear();
+  sight.disconnect();
   list.replaceChildren();
   for (const name of chosenNames()) {
     choose(name);

@@ -1,4 +1,4 @@
-/** What the page knows: the run, the moment that is shown, what is chosen, and who is told of it. */
+/** What the page knows: the run, the moment that is shown, what is chosen; and who is told. */
 
 import { digitsOf } from "./dom.js";
 
@@ -156,9 +156,10 @@ function showSpans() {
   for (const machine of Object.keys(page.spans)) {
     const span = spanAt(machine, time_s);
     const before = shown.states[machine];
+    const is_since = before && span && before.since_s >= span[0] && before.since_s <= time_s;
     if (!span) {
       delete shown.states[machine];
-    } else if (before?.state !== span[2] || !(before.since_s >= span[0] && before.since_s <= time_s)) {
+    } else if (!is_since || before.state !== span[2]) {
       shown.states[machine] = { state: span[2], since_s: span[0], row: "" };
     }
   }

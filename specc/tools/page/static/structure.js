@@ -1,4 +1,4 @@
-/** The structure of the system: arcs lit on which something fresh went; a part chooses its machine. */
+/** The structure of the system: arcs on which something fresh went; a part chooses its machine. */
 
 import { Diagram } from "./diagram.js";
 import { byId } from "./dom.js";

@@ -12,6 +12,8 @@ const THUMB = 16;
 const AXIS = 32;
 const LETTER = 6.4;
 /** Width of a letter of labels, about. */
+const LOW = 800;
+/** Of a window whose bands are narrow. */
 const SHORTEST_S = 0.02;
 /** Of what zooming shows. */
 const TICKS = [1, 2, 5];
@@ -140,8 +142,8 @@ function layout() {
   const left = NARROW.matches ? 92 : 204;
   const [begin_s, end_s] = visible();
   const scale = (width - left - RIGHT) / (end_s - begin_s);
-  const many = page.hello.machines.length > 7;
-  const height = many ? 14 : 18;
+  const is_dense = page.hello.machines.length > 7 || innerHeight < LOW;
+  const height = is_dense ? 14 : 18;
   const x = (time_s) => left + (time_s - begin_s) * scale;
   const time = (at) => Math.max(begin_s, Math.min(end_s, begin_s + (at - left) / scale));
   return { width, left, begin_s, end_s, scale, x, time, height, step: height + 3 };
@@ -197,7 +199,7 @@ function drawAxis(place) {
 }
 
 function drawMark(mark, at) {
-  const words = `${seconds(mark.time_s, page.digits)} ${WORDS[mark.kind]}: ${mark.text}`;
+  const words = `${seconds(mark.time_s, page.digits)} ${WORDS[mark.kind] ?? mark.kind}: ${mark.text}`;
   const element = svg(
     "g",
     { class: `mark ${mark.kind}`, role: "img", "aria-label": words },
@@ -270,10 +272,11 @@ function drawBand(machine, y, place) {
       labels.push(svg("text", { class: look, x: from + 5, y: y + height / 2 + 4 }, text));
     }
   }
-  const state = current ? `in ${current[2]} since ${seconds(current[0], page.digits)}` : "no state";
+  const since = current && `since ${seconds(current[0], page.digits)}`;
+  const words = current ? `${machine.name} in ${current[2]} ${since}` : `${machine.name} in no state`;
   return svg(
     "g",
-    { class: is_chosen ? "band chosen" : "band", role: "listitem", "aria-label": `${machine.name} ${state}` },
+    { class: is_chosen ? "band chosen" : "band", role: "listitem", "aria-label": words },
     drawName(machine, y, place),
     ...Object.entries(paths)
       .filter(([, d]) => d)
@@ -286,7 +289,8 @@ function drawBand(machine, y, place) {
 function drawName({ name }, y, { left, height }) {
   const room = Math.floor((left - 24) / LETTER);
   const text = name.length > room ? `…${name.slice(1 - room)}` : name;
-  return svg("text", { class: "name", x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" }, text);
+  const place = { x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" };
+  return svg("text", { class: "name", ...place }, text);
 }
 
 function placeSlider({ left, width, begin_s, end_s }) {
@@ -353,7 +357,8 @@ function wordsAt(machine, time_s) {
     return [machine.name, machine.title].filter(Boolean).join(" · ") + words;
   }
   const end_s = span[1] ?? page.end_s;
-  const times = `${seconds(span[0], page.digits)} – ${span[1] === null ? "now" : seconds(end_s, page.digits)}`;
+  const until = span[1] === null ? "now" : seconds(end_s, page.digits);
+  const times = `${seconds(span[0], page.digits)} – ${until}`;
   const length = seconds(end_s - span[0], page.digits);
   return `${machine.name}: ${stateWords(machine, span[2])}\n${times}, ${length}`;
 }

@@ -1,4 +1,4 @@
-/** Why the chosen machine is where it is: the words of `specc why`, and what is missing to go on. */
+/** Why the chosen machine is where it is, in the words of `specc why`, and what is missing. */
 
 import { breakpointButton } from "./breakpoints.js";
 import { byId, debounce, html, number, placeOf, seconds, setText } from "./dom.js";
@@ -6,12 +6,11 @@ import { stateWords } from "./machine.js";
 import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
-const BETWEEN_MS = 400;
+const BETWEEN_MS = 500;
 const SOON_MS = 100;
 /** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
-const NEED = /, needs |: apart by /;
 const TIME = /^([\d.e+-]+) s\s+/;
 
 const asking = new Question("why");
@@ -42,7 +41,7 @@ function ask() {
 const askAtRest = debounce(ask, REST_MS);
 
 function askInTime() {
-  const is_moving = page.cursor === null || page.playing;
+  const is_moving = (page.cursor === null || page.playing) && !document.hidden;
   const is_new = asked !== `${page.machine} ${page.time_s}`;
   const between_ms = asked_since === sinceWhen() ? BETWEEN_MS : SOON_MS;
   if (is_moving && is_new && performance.now() - last_ms > between_ms) {
@@ -99,9 +98,15 @@ function breakpointOf(line) {
     : { kind: "condition", machine, condition: name };
 }
 
+const TRUTHS = new Map([
+  [true, ["●", "true"]],
+  [false, ["○", "false"]],
+  [null, ["–", "not known"]],
+]);
+
 function truthMark(truth) {
-  const [sign, words] = truth === null ? ["–", "not known"] : truth ? ["●", "true"] : ["○", "false"];
-  return html("span", { class: `truth is-${words.replace(" ", "-")}`, title: words }, sign);
+  const [sign, words] = TRUTHS.get(truth);
+  return html("span", { class: "truth", title: words, "aria-hidden": "true" }, sign);
 }
 
 /** The parts of a line; its text is the first. */
@@ -112,7 +117,7 @@ function lineOf(line) {
   const element = html(
     is_jump ? "button" : "div",
     {
-      class: `line ${line.role}${is_judged ? " judged" : ""}${ASIDE.test(line.text) ? " aside" : ""}`,
+      class: `line ${line.role}`,
       type: is_jump && "button",
       title: is_jump && "Look at this time",
       onclick: is_jump && (() => page.look(Number(line.text.match(TIME)[1]))),
@@ -125,6 +130,8 @@ function lineOf(line) {
   if (stop) {
     element.append(breakpointButton(stop));
   }
+  element.classList.toggle("judged", is_judged);
+  element.classList.toggle("aside", ASIDE.test(line.text));
   const depth = Math.max(0, Math.min(line.depth, 5) - 1);
   element.classList.add(`depth-${depth}`);
   return [element, text];
@@ -137,13 +144,21 @@ function write(element, line) {
   const time = line.role === "past" && line.text.match(TIME);
   element.replaceChildren(
     ...(time ? [html("span", { class: "at" }, `${time[1]} s`)] : []),
-    value,
+    ...unbroken(value),
     ...(need ? [html("b", { class: "need" }, need)] : []),
   );
 }
 
+/** A text whose arrows are not broken between lines. */
+function unbroken(text) {
+  return text.split(/(->)/).map((part) =>
+    part === "->" ? html("span", { class: "arrow" }, part) : part,
+  );
+}
+
 function splitNeed(text) {
-  const at = text.search(NEED);
+  const sign = text.includes(" is not near ") ? ": apart by " : ", needs ";
+  const at = text.indexOf(sign);
   return at < 0 ? [text, ""] : [`${text.slice(0, at)} `, text.slice(at + 2)];
 }
 
