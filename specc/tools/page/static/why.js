@@ -7,7 +7,7 @@ import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 500;
-const SOON_MS = 100;
+const SOON_MS = 250;
 /** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
