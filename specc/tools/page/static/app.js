@@ -70,6 +70,9 @@ function firstLook(marks) {
 }
 
 let has_looked = false;
+on("hello", () => {
+  has_looked &&= page.cursor === null;
+});
 on("now", () => {
   if (!has_looked) {
     has_looked = true;

@@ -175,7 +175,7 @@ function takeHello(message) {
   page.hello = message;
   page.controls = message.controls;
   page.now = null;
-  page.cursor = null;
+  page.cursor = is_same && page.isFile ? page.cursor : null; // after a lost connection
   page.playing = false;
   page.stepping = false;
   page.spans = {};
