@@ -64,6 +64,8 @@ function holdButton(element) {
     if (timer || control.disabled) {
       return;
     }
+    // A run that released the button by itself takes no sign of life before it was let go.
+    page.send({ type: "release", name: element.name });
     timer = setInterval(sign, SIGN_OF_LIFE_MS);
     releases.add(release);
     control.classList.add("held");
