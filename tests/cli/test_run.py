@@ -18,7 +18,8 @@ class Runtime(ModuleType):
     outcome: int | BaseException | None = 0
     options: Options
 
-    def run(self, options: Options) -> int | None:
+    def run(self, options: Options, page: object = None) -> int | None:
+        assert page is None
         self.options = options
         self.files = {path.name for path in options.directory.rglob("*.py")}
         if isinstance(self.outcome, BaseException):

@@ -127,6 +127,12 @@ def test_a_restart_ends_the_present_run(tmp_path: Path) -> None:
         assert later["status"] == "running"
 
 
+def test_a_page_asks_for_no_speed_which_robots_behind_ros_2_cannot_have(tmp_path: Path) -> None:
+    options = parser().parse_args(["run", str(GATE), "--ui"])
+    with PageRuns(options, tmp_path):
+        assert options.speed is None
+
+
 def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
     with asked(GATE, "--duration", 3) as run:
         run.ended(1)

@@ -43,12 +43,14 @@ function pushButton(element) {
 function holdButton(element) {
   const control = html("button", { type: "button", class: "push hold" }, "Hold");
   let timer = 0;
+  let was_held = false;
   const release = () => {
     if (!timer) {
       return;
     }
     clearInterval(timer);
     timer = 0;
+    was_held = false;
     releases.delete(release);
     control.classList.remove("held");
     page.send({ type: "release", name: element.name });
@@ -64,6 +66,8 @@ function holdButton(element) {
     if (timer || control.disabled) {
       return;
     }
+    // A run that released the button by itself takes no sign of life before it was let go.
+    page.send({ type: "release", name: element.name });
     timer = setInterval(sign, SIGN_OF_LIFE_MS);
     releases.add(release);
     control.classList.add("held");
@@ -90,7 +94,11 @@ function holdButton(element) {
   control.addEventListener("keyup", release);
   const show = (value) => {
     control.setAttribute("aria-pressed", String(Boolean(value)));
-    setText(control, value ? "Held" : "Hold");
+    // Signs of life may come too late while the hand is still on the button.
+    const is_lost = Boolean(timer) && was_held && !value;
+    was_held ||= Boolean(timer) && value;
+    setText(control, value ? "Held" : is_lost ? "Released: hold again" : "Hold");
+    control.classList.toggle("held", Boolean(timer) && !is_lost);
   };
   return { control, show };
 }
