@@ -219,7 +219,7 @@ class LiveRun:
                 self._history.keep(float(time_s), line)
                 self._state, self._news = message, {}
                 server.tell_now()
-            case {"kind": "state", "time_s": int() | float()}:
+            case {"kind": "state", "time_s": int() | float()} if "steps" not in message:
                 self._news = {name: message.get(name) for name in _NEWS}
                 server.tell_news(self._news)
             case {"kind": "spans", "changes": list() as changes}:
