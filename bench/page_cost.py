@@ -23,7 +23,7 @@ from tempfile import TemporaryDirectory
 
 from bench.harness.building import FLAGSHIP
 from bench.harness.tables import table
-from tests.page.browser import Browser
+from tests.page.browser import Browser, program
 
 SPECS = {
     "three_tier": FLAGSHIP.with_name("architectures") / "three_tier.yaml",
@@ -41,6 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rounds", type=int, default=5, help="how often all runs are made")
     parser.add_argument("--seconds", type=float, default=15.0, help="what is measured of a run")
     options = parser.parse_args(arguments)
+    if program() is None:
+        print("no Chromium is installed, so nobody can look at the page")
+        return
     rows, opened_s = [], []
     with TemporaryDirectory(prefix="specc-bench-") as scratch:
         for name, spec in SPECS.items():
