@@ -217,6 +217,7 @@ def never_reading(run: FakeRun) -> socket.socket:
     return end
 
 
+@pytest.mark.long
 def test_a_browser_that_never_reads_costs_nothing_and_is_dropped(run: FakeRun) -> None:
     with run.visit() as visitor, never_reading(run):
         control(visitor, True, 2)

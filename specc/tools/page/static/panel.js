@@ -86,7 +86,9 @@ function holdButton(element) {
   control.addEventListener("keydown", (event) => {
     if (event.key === " " || event.key === "Enter") {
       event.preventDefault();
-      hold();
+      if (!event.repeat) {
+        hold(); // what was released by itself is held only by a new press
+      }
     } else {
       release();
     }

@@ -42,7 +42,9 @@ function chosenNames() {
 
 /** What is really so, and inputs of control subsystems, as far as they are numbers. */
 function usual() {
-  const drawn = page.hello.signals.filter((signal) => signal.components.length > 0);
+  const drawn = page.hello.signals.filter(
+    ({ components, kind }) => components.length > 0 && kind !== "state",
+  );
   const rank = ({ name }) => (name.startsWith("plant.") ? 0 : /\.c\.x\./.test(name) ? 1 : 2);
   return drawn
     .toSorted((a, b) => rank(a) - rank(b))

@@ -1,7 +1,7 @@
 /** Why the chosen machine is where it is, in the words of `specc why`, and what is missing. */
 
 import { breakpointButton } from "./breakpoints.js";
-import { byId, debounce, html, number, placeOf, seconds, setText } from "./dom.js";
+import { byId, debounce, html, placeOf, seconds, setText } from "./dom.js";
 import { stateWords } from "./machine.js";
 import { on, page, Question } from "./state.js";
 
@@ -85,7 +85,7 @@ function showWhere() {
     where.since,
     since_s === null
       ? ""
-      : `since ${number(since_s)} s, for ${seconds(lasted_s, digits)}`,
+      : `since ${seconds(since_s, digits)}, for ${seconds(lasted_s, digits)}`,
   );
 }
 
@@ -199,7 +199,7 @@ function show(message) {
     build(lines);
   }
   lines.forEach((line, place) => {
-    if (texts[place]?.dataset.text !== line.text) {
+    if (texts[place].dataset.text !== line.text) {
       texts[place].dataset.text = line.text;
       write(texts[place], line);
     }
