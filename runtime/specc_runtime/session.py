@@ -293,13 +293,13 @@ class Session:
             self._guarded(self._executor.finish)
             self._account.finish(self._executor.tick)
         finally:
-            if self._feed is not None:
-                self._feed.rest()
             self.interruption.allow(always=True)
             self._executor.close()
             self._last_outputs = self._executor.leave_safe()
             self._punctuality.end()
             self._over_now = True
+            if self._feed is not None:
+                self._feed.rest()
         if self._system.task is not None and self.faults and not self._complete():
             self._guarded(self._end_of_the_last_cycle)
         self._wall_s = self._clock.now_s() - self._begin_s

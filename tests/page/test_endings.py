@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 from specc_runtime import application
+from specc_runtime.page.feed import Feed
 
 from tests.commands import ROOT
-from tests.page.fake_server import Code, FakeServer, shown, written
+from tests.page.fake_server import Code, FakeServer, Shown, shown, written
 
 PROGRAM = """
 import sys
@@ -77,3 +78,29 @@ def test_the_watchdog_takes_a_pause_for_progress(
         run.server.paused()
         time.sleep(1.5)
     assert "no progress" not in capfd.readouterr().err
+
+
+def test_a_run_whose_server_went_before_it_began_stops_at_no_breakpoint(gate: Code) -> None:
+    entered = {"kind": "state", "machine": "gate.c", "state": "passing"}
+    run = Shown(gate.options(duration_s=20.0))
+    run.server.send("break", breakpoints=[entered])
+    run.server.end.shutdown(socket.SHUT_RDWR)
+    while not run.page._link.is_over:
+        time.sleep(0.01)
+    run.start().join()
+    assert run.code == 0
+
+
+def test_outputs_are_safe_before_the_page_looks_for_the_last_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = written(ROOT / "specs/architectures/reactive.yaml", tmp_path)
+    report = tmp_path / "report.json"
+
+    def interrupted(self: Feed) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Feed, "rest", interrupted)
+    with shown(code, duration_s=1.0, report=report):
+        pass
+    assert json.loads(report.read_text())["last_outputs"]

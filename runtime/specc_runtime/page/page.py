@@ -118,9 +118,8 @@ class Page:
         self._link.close()
 
     def _hang_up(self) -> None:
-        """The server has gone: nobody is there who could let the run go on."""
-        self.control.set_breakpoints([])
-        self.control.go_on()
+        """The server has gone."""
+        self.control.leave()
         self._wanted.set()
 
     # Commands.
