@@ -70,7 +70,7 @@ class PageRuns:
             if page.begun == begun:  # it could not be run: what is shown is still the last one
                 self._options, self._past = before
             begun = page.begun
-            is_interrupted = code > 128 and page.restart is None
+            is_interrupted = page.is_interrupted or (code > 128 and page.restart is None)
             try:
                 wanted = None if is_interrupted else page.wait()
             except interruption.Terminated:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -13,9 +14,11 @@ from pathlib import Path
 import pytest
 from specc_runtime import application
 from specc_runtime.page.feed import Feed
+from websockets.sync.client import connect
 
 from tests.commands import ROOT
-from tests.page.fake_server import Code, FakeServer, Shown, shown, written
+from tests.page.fake_server import GATE, Code, FakeServer, Shown, shown, written
+from tests.page.runs import END_S, page_run
 
 PROGRAM = """
 import sys
@@ -104,3 +107,18 @@ def test_outputs_are_safe_before_the_page_looks_for_the_last_time(
     with shown(code, duration_s=1.0, report=report):
         pass
     assert json.loads(report.read_text())["last_outputs"]
+
+
+def test_a_signal_ends_a_run_that_is_to_start_again(tmp_path: Path) -> None:
+    with page_run(tmp_path, "run", GATE, "--ui", "--duration", 1000) as run:
+        origin = f"http://127.0.0.1:{run.port}"
+        cookie = {"Cookie": run.cookie}
+        with connect(f"ws{origin[4:]}/ws", origin=origin, additional_headers=cookie) as browser:
+            while json.loads(browser.recv())["type"] != "now":
+                pass
+            os.kill(run.process.pid, signal.SIGSTOP)
+            browser.send(json.dumps({"type": "restart", "from_s": None, "set": {}}))
+            time.sleep(0.3)
+            run.process.terminate()
+            os.kill(run.process.pid, signal.SIGCONT)
+            assert run.process.wait(END_S) == 128 + signal.SIGTERM

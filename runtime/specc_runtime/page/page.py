@@ -41,6 +41,8 @@ class Page:
         """`descriptor` is a socket whose other end the server has."""
         self.restart: Restart | None = None
         """The run that is asked for instead of the present one."""
+        self.is_interrupted = False
+        """Whether a signal has ended the last run, whatever was asked for."""
         self.begun = 0
         """How many runs there were."""
         self.control = Control(speed)
