@@ -54,7 +54,7 @@ def execute(options: Options, page: Page | None = None) -> int:
         except (UsageError, PlantError) as error:
             say(f"error: {error}")
             if page is not None:
-                page.refuse(str(error))
+                page.refuse(f"The run cannot be started again: {error}")
             return WRONG_USAGE
         interruption.allow(always=False)
         report = attempt.report()
@@ -265,7 +265,7 @@ class _Attempt:
     def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
         """What records the run, if anything does."""
         options = self._options
-        if options.record is None and options.snapshots is None:
+        if options.record is None and (options.snapshots is None or options.real_time):
             return None
         from specc_runtime.recording.recorder import Recorder, SnapshotRecorder
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -348,7 +347,7 @@ class Session:
     def _events(self, events: Sequence[Event]) -> list[dict[str, Any]]:
         """Entries of the report about what was changed meanwhile."""
         tick_s = self._system.tick_s
-        return [asdict(event) | {"time_s": round(event.tick * tick_s, 9)} for event in events]
+        return [event.as_data() | {"time_s": round(event.tick * tick_s, 9)} for event in events]
 
     def _other_commanders(self) -> dict[str, Any]:
         plant = self._system.plant

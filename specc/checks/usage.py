@@ -234,6 +234,9 @@ def _needed_by_agents(facts: Facts) -> set[str]:
     for start in (*starts, *(number for each in disturbances for number in each.numbers)):
         for part in start.texts:
             found |= _named(walk(part))
+    for binding in system.plant.bindings if system.plant else ():
+        for part in binding.panel.texts if binding.panel else ():
+            found |= _named(walk(part))
     return found
 
 

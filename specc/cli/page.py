@@ -30,8 +30,6 @@ class PageRuns:
         if find_spec("websockets") is None:
             raise Refused(import_module("specc_runtime.extras").lacking("websockets"))
         _check_free(options.ui)
-        if options.speed is None and not options.real_time:
-            options.speed = 1.0
         self._first = self._options = options
         self._folder = folder
         self._past: list[tuple[float, Path]] = []
@@ -98,7 +96,8 @@ class PageRuns:
     def refuse(self, messages: Sequence[str]) -> None:
         """Say in the page why a specification cannot be run as it asks."""
         if self._page is not None:
-            self._page.refuse("; ".join(messages[:_MOST_NAMED]))
+            words = "; ".join(messages[:_MOST_NAMED])
+            self._page.refuse(f"The run cannot be started again: {words}")
 
     def _serve(self) -> None:
         options = self._options
@@ -117,7 +116,7 @@ class PageRuns:
                 process_group=0,
             )
         page = import_module("specc_runtime.page.page").Page
-        self._page = page(ours.detach(), options.speed)
+        self._page = page(ours.detach(), 1.0 if options.speed is None else options.speed)
 
     def _again(self, wanted: Any) -> Namespace:
         """The options of the run that the page asks for."""

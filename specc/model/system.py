@@ -35,7 +35,8 @@ PanelKind = Literal["button", "switch", "slider", "choice", "number"]
 class Widget:
     """What of the panel sets an element, whose value is the `initial` one until then.
 
-    `bounds` are the least and the greatest value. All are literals, and None where they are wrong.
+    `bounds` are the least and the greatest value. All are literals, and None where they are wrong;
+    `texts` are the expressions that they come from.
     """
 
     kind: PanelKind
@@ -45,6 +46,7 @@ class Widget:
     """Whether a button is true while it is held; another one is true once for each press."""
     key: str = ""
     """The character that operates it in a terminal."""
+    texts: tuple[Expr, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

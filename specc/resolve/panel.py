@@ -54,7 +54,13 @@ def resolve_panel(
             message = f"a {kind} has no `{name}`"
             way = f"delete `{name}`, or make it {_one_of(kinds)}"
             findings.report("E0505", message, at[name].key, help=way)
+    if item.hold and item.key:
+        message = (
+            "a button that is held has no `key`: a terminal does not tell when one is released"
+        )
+        findings.report("E0505", message, at["key"].key, help="delete `key`")
     bounds, initial = None, None
+    texts: tuple[Expr, ...] = ()
     if element is not None and _is_suitable(kind, element, at, expressions):
         reader = _Values(element, at, expressions)
         if kind in _KINDS["range"]:
@@ -62,7 +68,8 @@ def resolve_panel(
         initial = reader.initial(item.init, kind)
         if bounds is not None and isinstance(initial, Number):
             reader.refuse_outside(initial, bounds)
-    return Widget(kind, initial, bounds, item.hold, item.key)
+        texts = tuple(reader.texts)
+    return Widget(kind, initial, bounds, item.hold, item.key, texts)
 
 
 def _is_suitable(kind: PanelKind, element: Element, at: YamlNode, expressions: Expressions) -> bool:
@@ -89,6 +96,8 @@ class _Values:
 
     def __init__(self, element: Element, at: YamlNode, expressions: Expressions) -> None:
         self._element, self._at, self._expressions = element, at, expressions
+        self.texts: list[Expr] = []
+        """The expressions that were read."""
 
     def bounds(self, texts: list[str]) -> tuple[Number, Number] | None:
         """The least and the greatest value; None after reporting."""
@@ -141,6 +150,7 @@ class _Values:
         expr = expressions.value(at, text, scope, element.type, element.place)
         if expr is None:
             return None
+        self.texts.append(expr)
         try:
             return self._literal(known_value(expr, expressions.definitions.constants, "E0505"))
         except ExprError as error:

@@ -13,7 +13,9 @@ from pathlib import Path
 
 import pytest
 from specc_runtime import application
+from specc_runtime.companion import OutputLost
 from specc_runtime.page.feed import Feed
+from specc_runtime.recording.log import Log
 from websockets.sync.client import connect
 
 from tests.commands import ROOT
@@ -122,3 +124,17 @@ def test_a_signal_ends_a_run_that_is_to_start_again(tmp_path: Path) -> None:
             run.process.terminate()
             os.kill(run.process.pid, signal.SIGCONT)
             assert run.process.wait(END_S) == 128 + signal.SIGTERM
+
+
+@pytest.mark.no_replay("not complete")
+@pytest.mark.parametrize("asked_for", ["snapshots", "record"])
+def test_only_a_file_that_was_asked_for_is_missed(
+    asked_for: str, gate: Code, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: Log) -> None:
+        raise OutputLost("the disk is full")
+
+    monkeypatch.setattr(Log, "close", full)
+    with shown(gate, duration_s=1.0, **{asked_for: tmp_path / "run.mcap"}) as run:
+        run.thread.join(20)
+    assert run.code == (0 if asked_for == "snapshots" else 2)

@@ -96,6 +96,10 @@ def test_a_hold_button_is_held_by_a_key(panel: Page) -> None:
     panel.key_up(" ")
     panel.wait_for(f"{HOLD}.getAttribute('aria-pressed') == 'false'")
     assert panel.evaluate(STATUS).startswith("running")  # the same key pauses elsewhere
+    sent(panel)
+    repeated = "new KeyboardEvent('keydown', {key: ' ', repeat: true, bubbles: true})"
+    panel.evaluate(f"{HOLD}.dispatchEvent({repeated})")
+    assert sent(panel) == []
 
 
 def test_elements_send_values_in_their_range(panel: Page) -> None:

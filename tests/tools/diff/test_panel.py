@@ -22,7 +22,7 @@ TASK += "task:\n  cycle: {of: desk.c, from: S1, to: S0}\n" + TURN
         ("init: manual", "init: automatic", "choice, init automatic"),
         ("hold: true", "key: e", "button, hold, init False"),
         ("{panel: switch, key: x}", "{panel: switch}", "switch, init False, key x"),
-        ('fast: "0.2[m/s]"', 'fast: "0.3[m/s]"', "slider, 0[m/s] to 0.3[m/s], init 0.05[m/s]"),
+        ('top: "0.2[m/s]"', 'top: "0.3[m/s]"', "slider, 0[m/s] to 0.3[m/s], init 0.05[m/s]"),
         ("turn: {desk.R.buttons.n: 2}", "turn: {desk.R.buttons.n: 3}", "2"),
         ("turn: {desk.R.buttons.n: 2}", "press: [desk.R.buttons.start]", ""),
         ("init: 3", "init: 1 + 2", None),

@@ -181,9 +181,12 @@ function showRestart() {
   const dialog = byId("restart");
   const here_s = page.time_s;
   const fields = page.hello.constants.map((constant) => {
-    const { name, text } = constant;
-    const field = html("input", { value: text, "aria-label": name, spellcheck: "false" });
-    return { ...constant, field };
+    const { name } = constant;
+    const text = page.hello.set?.[name] ?? constant.text;
+    const field = html("input", {
+      value: text, placeholder: "as in the specification", "aria-label": name, spellcheck: "false",
+    });
+    return { ...constant, text, field };
   });
   const rows = fields.map(({ name, unit, field }) =>
     html("label", { class: "constant", "data-name": name }, html("span", {}, name), field, unit),
@@ -203,6 +206,7 @@ function showRestart() {
     const changed = fields.filter(({ text, field }) => field.value.trim() !== text);
     const set = Object.fromEntries(changed.map(({ name, field }) => [name, field.value.trim()]));
     page.send({ type: "restart", from_s: is_here ? here_s : null, set });
+    page.restarting = !page.isFile;
   };
   dialog.replaceChildren(
     html("h2", { id: "restart-title" }, "Start again"),

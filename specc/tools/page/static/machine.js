@@ -13,7 +13,10 @@ const MOST_ROWS = 4;
 /** State of the machine that is drawn -> its element; row -> its arc, and what is beside it. */
 let states = new Map();
 let rows = new Map();
+/** Arc, or what is beside it -> labels of its rows. */
+let arcs = new Map();
 let last_row = "";
+const NOWHERE = { state: null, since_s: null, row: "" };
 
 // Tabs.
 
@@ -86,29 +89,45 @@ async function draw() {
   const machine = page.chosen;
   states = new Map();
   rows = new Map();
+  arcs = new Map();
   last_row = "";
-  if (!(await diagram.show(machine?.svg ?? null)) || !machine || !diagram.svg) {
+  if (!(await diagram.show(machine?.svg ?? null)) || !machine) {
     return;
   }
-  diagram.svg.setAttribute("role", "group");
-  diagram.svg.setAttribute("aria-label", `States of ${machine.name}`);
-  prepareStates(machine);
-  prepareRows(machine);
+  const picture = diagram.svg ?? listOfStates(machine);
+  picture.setAttribute("role", "group");
+  picture.setAttribute("aria-label", `States of ${machine.name}`);
+  if (diagram.svg) {
+    for (const state of machine.states) {
+      const [element] = diagram.find(state.id);
+      if (element) {
+        prepareState(machine, state, element);
+      }
+    }
+    prepareRows(machine);
+  }
   showMarks();
   light();
 }
 
-function prepareStates(machine) {
+/** Where there is no picture, e.g. of hundreds of states. */
+function listOfStates(machine) {
+  const list = html("div", { class: "state-list" });
   for (const state of machine.states) {
-    const [element] = diagram.find(state.id);
-    if (element) {
-      states.set(state.name, element);
-      element.classList.toggle("error", state.is_error);
-      makeButton(element, 0, () => [{ kind: "state", machine: machine.name, state: state.name }]);
-      explain(element, () => `${stateWords(machine, state.name)}\n${state.place}`);
-      element.addEventListener("keydown", (event) => walk(event, state.name));
-    }
+    const element = html("div", { class: "state" }, stateWords(machine, state.name));
+    prepareState(machine, state, element);
+    list.append(element);
   }
+  byId("states").append(list);
+  return list;
+}
+
+function prepareState(machine, state, element) {
+  states.set(state.name, element);
+  element.classList.toggle("error", state.is_error);
+  makeButton(element, 0, () => [{ kind: "state", machine: machine.name, state: state.name }]);
+  explain(element, () => `${stateWords(machine, state.name)}\n${state.place}`);
+  element.addEventListener("keydown", (event) => walk(event, state.name));
 }
 
 /** An arc and what is beside it may stand for several rows. */
@@ -120,6 +139,7 @@ function prepareRows(machine) {
         element.prepend(svg("path", { class: "reach", d: path.getAttribute("d") }));
       }
       element.classList.add("row");
+      arcs.set(element, own.map((row) => row.label));
       const breakpoints = () =>
         own.map((row) => ({ kind: "row", machine: machine.name, row: row.label }));
       makeButton(element, -1, breakpoints);
@@ -136,6 +156,10 @@ function wordsOfRows(own) {
   const labels = own.map((row) => row.label);
   const more = labels.length > MOST_ROWS ? `\nand ${labels.length - MOST_ROWS} more` : "";
   return `${labels.slice(0, MOST_ROWS).join("\n")}${more}\n${own[0].place}`;
+}
+
+function wordsOfArc(labels) {
+  return labels.length > 1 ? `${labels.length} rows, ${labels[0]} first` : `row ${labels[0]}`;
 }
 
 function explain(element, words) {
@@ -168,7 +192,9 @@ function walk(event, source, element = null) {
   } else if (step) {
     const leaving = page.chosen.rows.filter((row) => row.source === source);
     const own = [...new Set(leaving.map((row) => rows.get(row.label)?.[0]).filter(Boolean))];
-    own[(own.indexOf(element) + step + own.length) % own.length]?.focus();
+    const first = step > 0 ? 0 : own.length - 1;
+    const next = (own.indexOf(element) + step + own.length) % own.length;
+    own[element ? next : first]?.focus();
     event.preventDefault();
   } else {
     return;
@@ -180,8 +206,8 @@ function walk(event, source, element = null) {
 
 function light() {
   const machine = page.chosen;
-  const standing = page.shown.states[page.machine];
-  if (!machine || !standing || !states.size) {
+  const standing = page.shown.states[page.machine] ?? NOWHERE;
+  if (!machine || !states.size) {
     return;
   }
   const around = machine.states.find((state) => state.name === standing.state)?.modes ?? [];
@@ -204,11 +230,10 @@ function light() {
 
 function lightRow({ row, since_s }) {
   const taken = rows.get(row) ?? [];
-  for (const [label, elements] of rows) {
-    for (const element of elements) {
-      element.classList.toggle("lit", taken.includes(element));
-      describe(element, `row ${taken.includes(element) ? row : label}`);
-    }
+  for (const [element, labels] of arcs) {
+    const is_taken = taken.includes(element);
+    element.classList.toggle("lit", is_taken);
+    describe(element, is_taken ? `row ${row}` : wordsOfArc(labels));
   }
   const key = `${since_s} ${row}`;
   if (last_row && key !== last_row && page.cursor === null) {
@@ -247,7 +272,7 @@ function showMarks() {
   for (const element of [...states.values(), ...arcs]) {
     element?.classList.toggle("breakpoint", stops.has(element));
   }
-  for (const element of stops) {
+  for (const element of diagram.svg ? stops : []) {
     element?.append(svg("circle", { class: "stop", r: 4.5, ...placeOfMark(element) }));
   }
 }

@@ -43,7 +43,11 @@ function showNotices() {
 }
 
 on("hello connection", showNotices);
-on("end", ({ ended, exit_code }) => say(`The run has ended: ${ended}, exit code ${exit_code}.`));
+on("end", ({ ended, exit_code }) => {
+  const words = `The run has ended: ${ended}, exit code ${exit_code}.`;
+  say(page.restarting ? "The run is started again…" : words);
+});
+on("hello refused", () => (page.restarting = false));
 on("refused", (message) => say(message.text, true));
 
 /** Why the run stopped; it is said with the time, which comes next. */

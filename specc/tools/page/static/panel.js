@@ -43,12 +43,14 @@ function pushButton(element) {
 function holdButton(element) {
   const control = html("button", { type: "button", class: "push hold" }, "Hold");
   let timer = 0;
+  let was_held = false;
   const release = () => {
     if (!timer) {
       return;
     }
     clearInterval(timer);
     timer = 0;
+    was_held = false;
     releases.delete(release);
     control.classList.remove("held");
     page.send({ type: "release", name: element.name });
@@ -84,7 +86,9 @@ function holdButton(element) {
   control.addEventListener("keydown", (event) => {
     if (event.key === " " || event.key === "Enter") {
       event.preventDefault();
-      hold();
+      if (!event.repeat) {
+        hold(); // what was released by itself is held only by a new press
+      }
     } else {
       release();
     }
@@ -92,7 +96,11 @@ function holdButton(element) {
   control.addEventListener("keyup", release);
   const show = (value) => {
     control.setAttribute("aria-pressed", String(Boolean(value)));
-    setText(control, value ? "Held" : "Hold");
+    // Signs of life may come too late while the hand is still on the button.
+    const is_lost = Boolean(timer) && was_held && !value;
+    was_held ||= Boolean(timer) && value;
+    setText(control, value ? "Held" : is_lost ? "Released: hold again" : "Hold");
+    control.classList.toggle("held", Boolean(timer) && !is_lost);
   };
   return { control, show };
 }

@@ -42,7 +42,9 @@ function chosenNames() {
 
 /** What is really so, and inputs of control subsystems, as far as they are numbers. */
 function usual() {
-  const drawn = page.hello.signals.filter((signal) => signal.components.length > 0);
+  const drawn = page.hello.signals.filter(
+    ({ components, kind }) => components.length > 0 && kind !== "state",
+  );
   const rank = ({ name }) => (name.startsWith("plant.") ? 0 : /\.c\.x\./.test(name) ? 1 : 2);
   return drawn
     .toSorted((a, b) => rank(a) - rank(b))
@@ -129,7 +131,7 @@ function askInTime() {
   if (document.hidden || !(page.playing || is_live)) {
     return;
   }
-  if (is_live && now_ms - last_values_ms > BETWEEN_MS / 2) {
+  if (is_live && (seen.size || all.open) && now_ms - last_values_ms > BETWEEN_MS / 2) {
     last_values_ms = now_ms;
     askValues();
   }

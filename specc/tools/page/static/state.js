@@ -4,6 +4,9 @@ import { digitsOf } from "./dom.js";
 
 const LOST_MS = 1500;
 /** After so long an answer is not waited for any more. */
+const MOST_SPANS = 20000;
+const MOST_MARKS = 5000;
+/** Of a machine, and of a run, that are kept, as the server does. */
 
 const listeners = new Map();
 
@@ -21,6 +24,12 @@ export function emit(name, value) {
   }
 }
 
+/** Connections that were made or lost: what one was asked, another does not answer. */
+let connections = 0;
+on("connection", () => {
+  connections += 1;
+});
+
 /** A question of which at most one is on its way, and after it only the newest. */
 export class Question {
   constructor(type) {
@@ -28,14 +37,16 @@ export class Question {
     this.id = 0;
     this.next = null;
     this.sent_ms = -Infinity;
+    this.asked_of = 0;
   }
 
   ask(message) {
-    if (performance.now() - this.sent_ms < LOST_MS) {
+    if (this.asked_of === connections && performance.now() - this.sent_ms < LOST_MS) {
       this.next = message;
       return;
     }
     this.id += 1;
+    this.asked_of = connections;
     this.sent_ms = performance.now();
     page.send({ type: this.type, id: this.id, ...message });
   }
@@ -191,17 +202,15 @@ function takeHello(message) {
 }
 
 function takeNow(message) {
-  page.now = message;
-  for (const [machine, { state }] of Object.entries(message.states)) {
+  page.now = { ...page.now, ...message }; // it has what is new
+  for (const [machine, { state }] of Object.entries(page.now.states)) {
     page.spans[machine] ??= [[page.hello.begin_s, null, state]]; // it has not changed yet
   }
   if (page.cursor !== null) {
     return;
   }
-  const { time_s, states, flow, poses, requirements, values } = message;
-  Object.assign(page.shown, { time_s, states: { ...states }, flow, poses });
-  page.shown.requirements = requirements ?? page.shown.requirements;
-  page.shown.values = values ?? page.shown.values;
+  const { time_s, states, flow, poses, requirements } = page.now;
+  Object.assign(page.shown, { time_s, states: { ...states }, flow, poses, requirements });
 }
 
 function takeMoment(message) {
@@ -231,8 +240,13 @@ function takeSpans({ spans, replace }) {
       }
       own.push(span);
     }
-    page.spans[machine] = own;
+    page.spans[machine] = own.slice(-MOST_SPANS);
   }
+}
+
+function takeMarks({ marks, replace }) {
+  const all = replace ? marks : [...page.marks, ...marks];
+  page.marks = all.sort((a, b) => a.time_s - b.time_s).slice(-MOST_MARKS);
 }
 
 /** Take a message of the server and say what happened. */
@@ -253,8 +267,7 @@ export function take(message) {
       takeSpans(message);
       break;
     case "marks":
-      page.marks = message.replace ? message.marks : [...page.marks, ...message.marks];
-      page.marks.sort((a, b) => a.time_s - b.time_s);
+      takeMarks(message);
       break;
     case "control":
       page.controls = message.controls;

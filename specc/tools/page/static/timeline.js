@@ -11,7 +11,10 @@ const THUMB = 16;
 /** Width of the slider's thumb, as in the style sheet: its middle goes over the bands. */
 const AXIS = 32;
 const LETTER = 6.4;
-/** Width of a letter of labels, about. */
+const BOLD_LETTER = 7.4;
+/** Width of a letter of labels, and of the name of the chosen machine, about. */
+const NEAR = 2;
+/** Pixels; marks of a kind that are closer are drawn as one. */
 const LOW = 800;
 /** Of a window whose bands are narrow. */
 const SHORTEST_S = 0.02;
@@ -189,17 +192,20 @@ function drawAxis(place) {
   }
   const cursor = x(page.time_s).toFixed(1);
   parts.push(svg("path", { class: "cursor", d: `M${cursor} 16V${AXIS}` }));
-  for (const mark of page.marks) {
-    if (mark.time_s >= begin_s && mark.time_s <= end_s) {
-      parts.push(drawMark(mark, x(mark.time_s)));
-    }
+  const visible = page.marks.filter(({ time_s }) => time_s >= begin_s && time_s <= end_s);
+  const spot = ({ kind, time_s }) => `${kind} ${Math.round(x(time_s) / NEAR)}`;
+  for (const marks of Map.groupBy(visible, spot).values()) {
+    parts.push(drawMark(marks, x(marks[0].time_s)));
   }
   axis.setAttribute("width", width);
   axis.replaceChildren(...parts);
 }
 
-function drawMark(mark, at) {
-  const words = `${seconds(mark.time_s, page.digits)} ${WORDS[mark.kind] ?? mark.kind}: ${mark.text}`;
+/** One mark for those of a kind that would cover each other; it tells of the first. */
+function drawMark([mark, ...others], at) {
+  const more = others.length ? `\nand ${others.length} more` : "";
+  const what = WORDS[mark.kind] ?? mark.kind;
+  const words = `${seconds(mark.time_s, page.digits)} ${what}: ${mark.text}${more}`;
   const element = svg(
     "g",
     { class: `mark ${mark.kind}`, role: "img", "aria-label": words },
@@ -287,7 +293,7 @@ function drawBand(machine, y, place) {
 }
 
 function drawName({ name }, y, { left, height }) {
-  const room = Math.floor((left - 24) / LETTER);
+  const room = Math.floor((left - 24) / BOLD_LETTER);
   const text = name.length > room ? `…${name.slice(1 - room)}` : name;
   const place = { x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" };
   return svg("text", { class: "name", ...place }, text);
