@@ -104,7 +104,7 @@ class Page:
         """Say why something is not done."""
         from specc_runtime.recording.text import dumped
 
-        self._link.post(dumped({"kind": "refused", "text": text}))
+        self._link.post(lambda: dumped({"kind": "refused", "text": text}))
 
     def wait(self) -> Restart | None:
         """Stay after the end of a run, until another one is asked for; None if none is."""
