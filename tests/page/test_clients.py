@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -343,3 +344,16 @@ def test_spans_of_many_machines_are_not_too_many_for_a_browser_that_comes_late()
     spans = run.spans()
     assert len(names) > 15 and all(spans[name][-1][0] == 19_999 / 7 for name in names)
     assert len(json_text(spans)) < _MOST_BYTES / 2
+
+
+def test_a_browser_that_could_not_be_told_of_the_run_does_not_control_it() -> None:
+    with fake_run(GATE, begins=False) as run:
+        run.begin(panel=[3])
+        with run.visit() as first, pytest.raises(ConnectionClosedError):
+            first.next("hello")
+        run.begin()
+        hello = None
+        while hello is None:  # the specification is read anew
+            with run.visit() as later, suppress(ConnectionClosedError):
+                hello = later.next("hello")
+        assert hello["controls"] is True
