@@ -1,8 +1,8 @@
 """What the page costs a run at the speed of the clock: CPU of the run and of its server.
 
 Runs without a page, with a page that nobody has open, and with one in a browser, by turns; the CPU
-of the browser does not count. Each is measured over a stretch after its start, with all processes
-that it has started. The page is shown once a state is lit. Medians of all rounds.
+of the browser does not count. Each is measured between two lines of its progress, with all
+processes that it has started. The page is shown once a state is lit. Medians of all rounds.
 
     python bench/page_cost.py --rounds 5 --seconds 15
 """
@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
@@ -30,8 +30,9 @@ SPECS = {
     "flagship": FLAGSHIP,
 }
 KINDS = ("no page", "page, nobody looks", "page in a browser")
-START_S = 8.0
-"""Wall time after which a run has begun and a browser has loaded its page."""
+START_S = 4.0
+"""Simulated time after which a browser has loaded its page, and measuring begins."""
+TIME = re.compile(r"^cycle \S+ +([\d.]+) s", re.MULTILINE)
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 
 
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _shares(spec: Path, kind: str, seconds: float, scratch: Path) -> tuple[float, float, float]:
     """The CPU times of a run and of its server in percent, and after how long a page is shown."""
-    words = ["--speed", "1", "--cycles", "1000", "--duration", f"{START_S + 2 * seconds:g}"]
+    words = ["--speed", "1", "--cycles", "1000", "--duration", f"{START_S + seconds + 10.0:g}"]
     words += ["--ui"] if kind != KINDS[0] else []
     command = [sys.executable, "-m", "specc", "run", str(spec), *words]
     said, opened_s = scratch / "said.txt", 0.0
@@ -74,27 +75,36 @@ def _shares(spec: Path, kind: str, seconds: float, scratch: Path) -> tuple[float
         run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=out)
         opened.callback(run.wait)
         opened.callback(run.terminate)
-        end_s = time.monotonic() + START_S
         if kind == KINDS[2]:
             profile = Path(opened.enter_context(TemporaryDirectory(prefix="specc-profile-")))
             browser = Browser(profile)
             opened.callback(browser.close)
             page = opened.enter_context(browser.page())
             page.size(1600, 1000)
-            while not (url := re.search(r"http://\S+", said.read_text())):
-                assert run.poll() is None, said.read_text()
-                time.sleep(0.1)
+            _wait(run, lambda: "http://" in said.read_text())
+            url = re.search(r"http://\S+", said.read_text())
             named_s = time.monotonic()
-            page.open(url.group())
+            page.open(url.group() if url else "")
             page.wait_for("document.querySelector('.lit')")
             opened_s = time.monotonic() - named_s
-        time.sleep(max(0.0, end_s - time.monotonic()))
+        _wait(run, lambda: _time_s(said) >= START_S)
         begin_s, before_s = time.monotonic(), _cpu_s(run.pid)
-        time.sleep(seconds)
-        assert run.poll() is None, said.read_text()
+        _wait(run, lambda: _time_s(said) >= START_S + seconds)
         passed_s, after_s = time.monotonic() - begin_s, _cpu_s(run.pid)
     used = [100.0 * (a - b) / passed_s for a, b in zip(after_s, before_s, strict=True)]
     return used[0], used[1], opened_s
+
+
+def _wait(run: subprocess.Popen[bytes], is_so: Callable[[], bool]) -> None:
+    """Wait for what a run says."""
+    while not is_so():
+        assert run.poll() is None, "the run has ended too early"
+        time.sleep(0.02)
+
+
+def _time_s(said: Path) -> float:
+    """The simulated time of the last line of progress."""
+    return max(map(float, TIME.findall(said.read_text())), default=0.0)
 
 
 def _cpu_s(process: int) -> tuple[float, float]:

@@ -78,6 +78,10 @@ class FakeServer:
     def of(self, kind: str) -> list[Message]:
         return [message for message in self.messages if message["kind"] == kind]
 
+    def whole(self) -> list[Message]:
+        """The states that have all there is, and not only what moves."""
+        return [state for state in self.of("state") if "steps" in state]
+
     def wait(
         self, kind: str, when: Callable[[Message], Any] = lambda message: True, after: int = 0
     ) -> Message:

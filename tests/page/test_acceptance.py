@@ -57,6 +57,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 # One run from its beginning to its end, with all kinds of clients.
 
 
+@pytest.mark.long
 def test_a_run_is_the_same_whoever_looks_and_stops_it(
     browser: Browser, page: Page, alone: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -217,6 +217,7 @@ def never_reading(run: FakeRun) -> socket.socket:
     return end
 
 
+@pytest.mark.long
 def test_a_browser_that_never_reads_costs_nothing_and_is_dropped(run: FakeRun) -> None:
     with run.visit() as visitor, never_reading(run):
         control(visitor, True, 2)
@@ -251,6 +252,34 @@ def test_a_browser_that_comes_late_gets_the_past(run: FakeRun) -> None:
         run.send("spans", changes=[["gate.c", 2.25, "opening", "another"]])
         later = visitor.next("spans")
         assert (later["spans"], later["replace"]) == ({"gate.c": [[2.25, None, "opening"]]}, False)
+
+
+def test_a_state_without_steps_says_only_what_is_new(run: FakeRun) -> None:
+    news = {"time_s": 2.05, "status": "running", "speed": 1.0, "factor": 0.9, "poses": [[1.0] * 7]}
+    run.state(2.0, live={"cruise": 3.0})
+    with run.visit() as visitor:
+        visitor.next("now")
+        run.send("state", **news)
+        assert visitor.next("now") == {"type": "now", **news}
+        with run.visit() as late:
+            whole = late.next("now")
+            assert whole.items() >= news.items()
+            assert (whole["live"], whole["requirements"]) == ({"cruise": 3.0}, [])
+        assert visitor.ask("look")["time_s"] == 2.0
+        run.state(2.1)
+        later = visitor.next("now")
+        assert (later["time_s"], later["live"], later["poses"]) == (2.1, {}, None)
+
+
+def test_spans_that_say_nothing_new_are_not_sent(run: FakeRun) -> None:
+    run.state(1.0)
+    with run.visit() as visitor:
+        visitor.next("now")
+        run.send("spans", changes=[["gate.c", 0.0, "closed", ""]])
+        run.send("spans", changes=[["gate.c", 0.5, "closed", "a row"]])
+        run.send("spans", changes=[["gate.c", 1.0, "halting", "a row"]])
+        assert visitor.next("spans")["spans"] == {"gate.c": [[0.0, None, "closed"]]}
+        assert visitor.next("spans")["spans"] == {"gate.c": [[1.0, None, "halting"]]}
 
 
 def test_a_run_that_begins_anew_begins_anew_in_the_page(run: FakeRun) -> None:

@@ -90,8 +90,9 @@ def test_a_step_goes_to_the_next_one_of_the_machine(gate: Code) -> None:
         run.server.paused()
         stamps = []
         for number in range(5):
+            mark = len(run.server.messages)
             run.server.send("step", machine="gate.c")
-            run.server.wait("stopped", after=sum(1 for _ in run.server.messages))
+            run.server.wait("stopped", after=mark)
             before = len(run.server.of("stopped"))
             assert before == number + 1
             stopped_s = run.server.of("stopped")[-1]["time_s"]

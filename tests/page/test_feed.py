@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ def test_steps_and_their_past_are_those_of_the_recording(name: str, tmp_path: Pa
     options: dict[str, Any] = {"duration_s": duration_s, "record": file}
     with shown(package, speed=2.0, **options) as run:
         run.thread.join()
-    states = run.server.of("state")
+    states = run.server.whole()
     assert len(states) > 10
     recorded = {
         (topic[1:], data["stamp"]): data
@@ -107,6 +108,32 @@ def test_nothing_is_sampled_often_while_nobody_looks(gate: Code) -> None:
     assert run.server.of("spans")
 
 
+def test_what_moves_comes_more_often_than_the_rest(gate: Code) -> None:
+    with shown(gate, speed=1.0, duration_s=4.0) as run:
+        run.thread.join()
+    states, whole = run.server.of("state"), run.server.whole()
+    assert len(states) > 1.3 * len(whole)
+    moving = {"kind", "time_s", "status", "speed", "factor", "poses"}
+    for state in states:
+        assert set(state) == moving or state in whole
+        assert state in whole or state["status"] == "running"
+    assert whole[-1]["plant"] == whole[-2]["plant"] and whole[-1]["status"] == "ended"
+    assert whole[-2]["time_s"] == whole[-1]["time_s"] == 4.0
+
+
+def test_the_pace_is_not_measured_over_a_pause(gate: Code) -> None:
+    with shown(gate, speed=1.0, duration_s=6.0) as run:
+        server = run.server
+        server.wait("state", lambda state: state["factor"])
+        server.send("pause")
+        assert server.paused()["factor"] is None
+        time.sleep(1.5)
+        after = len(server.messages)
+        server.send("continue")
+        found = server.wait("state", lambda state: state["factor"], after)
+        assert found["status"] == "running" and found["factor"] > 0.7
+
+
 def test_a_recording_has_the_verdicts(gate: Code, tmp_path: Path) -> None:
     file, report = tmp_path / "run.mcap", tmp_path / "report.json"
     with shown(gate, duration_s=6.0, record=file, report=report) as run:
@@ -133,7 +160,7 @@ def test_steps_that_other_processes_make_are_seen(gate: Code, tmp_path: Path) ->
     found = messages(file)
     with shown(gate, speed=2.0, duration_s=3.0, apart=("belt.drive", "gate.eye")) as run:
         run.thread.join()
-    states = run.server.of("state")
+    states = run.server.whole()
     for name in ("belt.drive", "gate.eye", "gate.c"):
         recorded = {data["stamp"]: data for _, data in found[f"/{name}"]}
         seen = [state["steps"][name] for state in states if name in state["steps"]]

@@ -133,6 +133,26 @@ def test_series_are_what_plot_writes(run: FakeRun) -> None:
                     assert f"{value:.12g}" == known[-1]
 
 
+def test_the_plot_of_a_signal_that_is_followed_grows() -> None:
+    name, index = "gate.eye.x.R.d", Index(KEPT)
+    with fake_run(str(CONVEYOR)) as run, run.visit() as visitor:
+        visitor.next("hello")
+        for number, time_s in enumerate(MOMENTS, start=1):
+            if time_s == 4.0:  # a state that is replaced by one of the same time
+                run.state(time_s)
+                visitor.next("now")
+                visitor.ask("series", name=name, window_s=3.0)
+            run.state(time_s, state_at(index, time_s))
+            visitor.next("now")
+            window_s = 100.0 if number % 5 == 0 else 3.0
+            grown = visitor.ask("series", name=name, window_s=window_s)
+            begin_s = time_s - window_s
+            middle_s = (begin_s + time_s) / 2 + 1e-7
+            once = visitor.ask("series", name=name, time_s=middle_s, window_s=window_s)
+            assert (grown["t"], grown["lines"]) == (once["t"], once["lines"])
+            assert grown["t"][-1] == time_s
+
+
 def test_the_arcs_on_which_something_went(run: FakeRun) -> None:
     with run.visit() as visitor:
         hello = visitor.next("hello")

@@ -117,6 +117,12 @@ def test_a_restart_ends_the_present_run(tmp_path: Path) -> None:
         run.server.wait("begin", lambda begin: begin["set"])
         begin = run.server.of("begin")[-1]
         assert (begin["set"], begin["begin_s"]) == ({"patience": "3[s]"}, 2.0)
+        after = run.server.messages.index(begin)
+        spans = run.server.wait("spans", after=after)["changes"]
+        first = run.server.wait("state", lambda state: "steps" in state, after)
+        assert {"gate.c", "gate.eye", "belt.c"} <= {name for name, *_ in spans}
+        for name, entered_s, entered, _ in spans:
+            assert entered and entered_s <= first["time_s"], name
         later = run.server.wait("state", lambda s: s["time_s"] > state["time_s"] + 5, after=50)
         assert later["status"] == "running"
 
@@ -157,7 +163,7 @@ def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
         for _ in range(5):
             server.send("hold", name=ENABLE)
             time.sleep(0.03)
-        held = server.wait("state", lambda state: state["panel"][ENABLE])
+        held = server.wait("state", lambda state: state.get("panel", {}).get(ENABLE))
         assert (held["panel"][MODE], held["panel"][N]) == ("auto", 3)
         for wrong in (
             {"do": "panel", "name": N, "value": 1.5},
@@ -201,7 +207,7 @@ def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: 
         server.wait("refused", lambda refused: "its range is" in refused["text"])
         server.send("set", name="most", value=1.5)
         server.wait("refused", lambda refused: "a whole number" in refused["text"])
-        server.wait("state", lambda state: state["live"]["v"] == 0.5)
+        server.wait("state", lambda state: state.get("live", {}).get("v") == 0.5)
         server.send("speed", value=None)
         run.ended(1)
         first = report_of(report)

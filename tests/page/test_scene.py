@@ -340,6 +340,7 @@ def test_hostile_messages(page: Page) -> None:
             assert page.errors() == []
 
 
+@pytest.mark.long
 def test_a_scene_of_too_many_parts_is_shown_in_part(page: Page) -> None:
     corners, triangles = _sheet(150)
     mesh = glb(Mesh("arm", (0, 0, 0, 1, 0, 0, 0), (1, 1, 1, 1), corners, triangles), 10**6)

@@ -109,6 +109,13 @@ def test_values_at_a_moment_are_those_of_the_message(recorded: tuple[Path, Path]
     assert checked > MOMENTS
 
 
+def _decided_s(file: Path) -> float:
+    """When it was decided that the first requirement is violated."""
+    found = messages(file)["/requirements"]
+    violated = (r for r, data in found if data["requirements"][0]["verdict"] == "violated")
+    return float(next(violated).log_time) / 1e9
+
+
 def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     spec = _changed(tmp_path, (MOVING, "always(state(gate.c) != opening)"))
     file, report_file = tmp_path / "run.mcap", tmp_path / "report.json"
@@ -117,9 +124,11 @@ def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     run = opened(file)
     since_s = report[0]["time_s"]
     assert report[0]["verdict"] == "violated" and 0 < since_s < 4
-    for time_s in (*_moments(4, 4.0), since_s - 0.01, since_s + 0.01, None):
+    decided_s = _decided_s(file)
+    assert since_s <= decided_s <= since_s + 0.1
+    for time_s in (*_moments(4, 4.0), decided_s - 0.01, decided_s, None):
         first, second = run.moment(time_s, [])["requirements"]
-        is_violated = time_s is None or time_s >= since_s
+        is_violated = time_s is None or time_s >= decided_s
         assert first["verdict"] == ("violated" if is_violated else "holds"), time_s
         assert first["time_s"] == (since_s if is_violated else None)
         assert second["verdict"] in ("holds", "open")
@@ -128,6 +137,20 @@ def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     assert [each["verdict"] for each in last] == [final[each["verdict"]] for each in report]
     marks = [m for m in run.marks() if m["kind"] == "violation"]
     assert marks == [{"time_s": since_s, "kind": "violation", "text": report[0]["that"]}]
+
+
+def test_a_requirement_is_violated_once_that_is_decided(tmp_path: Path) -> None:
+    spec = _changed(tmp_path, (MOVING, "within(2[s], state(gate.c) == opening)"))
+    file = tmp_path / "run.mcap"
+    specc("run", spec, "--duration", 4, "--record", file)
+    run = opened(file)
+    decided_s = _decided_s(file)
+    assert 2.0 <= decided_s <= 2.1
+    for time_s in (0.0, *_moments(5, 4.0), decided_s - 0.01, decided_s, None):
+        first = run.moment(time_s, [])["requirements"][0]
+        is_decided = time_s is None or time_s >= decided_s
+        assert first["verdict"] == ("violated" if is_decided else "open"), time_s
+        assert first["time_s"] == (0.0 if is_decided else None)
 
 
 def test_verdicts_of_files_without_them_over_time() -> None:

@@ -35,8 +35,10 @@ from specc_runtime.sampling import PLANT, Onlooker
 from specc_runtime.system import System
 from specc_runtime.timing import Timing
 
-_PERIOD_S, _IDLE_S = 0.05, 1.0
-"""Wall time between two samples at least, and while nobody looks."""
+_PERIOD_S, _PAUSED_S, _IDLE_S = 0.05, 0.25, 1.0
+"""Wall time between two samples at least, of a run that is paused, and while nobody looks."""
+_WHOLE_S = 0.09
+"""Wall time between two samples of more than poses: every second one."""
 _MOST_CHANGES = 2000
 """Changes of states that wait for the next sample."""
 _PICTURE_WEIGHT = 500
@@ -216,8 +218,11 @@ class Feed:
         self._marks: list[dict[str, Any]] = []
         self._known = _Known()
         self._next_s = 0.0
-        self._before = 0.0, 0.0
+        self._before: tuple[float, float] | None = None
+        """Wall time and simulated time from which on the pace is measured."""
         self._factor: float | None = None
+        self._whole_s = -_IDLE_S
+        """The wall time of the last sample of the whole that was sent."""
         self._paused_at = -1
         self._poses: Any = None
         self._values: Sequence[tuple[str, Callable[[], bytes]]] = ()
@@ -245,9 +250,10 @@ class Feed:
         self._run = run
         if run.time_s > 0.0:
             for name, entered_s in run.entered().items():
-                self._seen[name].since_s = entered_s
+                seen = self._seen[name]
+                seen.since_s = entered_s
+                self._changes.append((name, entered_s, seen.steps.subsystem.state, ""))
         self._known.note(run, self._system.tick_s)
-        self._before = self._clock.now_s(), run.time_s
         data = self._beginning(run)
         scene = b"null"
         if self._posed is not None:
@@ -323,39 +329,54 @@ class Feed:
     def tick(self) -> None:
         """A base tick is over."""
         self._control.look()
-        if self._clock.now_s() >= self._next_s or len(self._changes) >= _MOST_CHANGES:
-            self.sample("running")
+        is_full = len(self._changes) >= _MOST_CHANGES
+        if is_full or self._clock.now_s() >= self._next_s:
+            self.sample("running", whole=is_full)
 
-    def sample(self, status: str) -> None:
-        """Show the present."""
+    def sample(self, status: str, *, whole: bool = True) -> None:
+        """Show the present; unless it is to be the `whole`, mostly only what moves."""
         run, now_s = self._run, self._clock.now_s()
-        self._next_s = now_s + (_PERIOD_S if self.has_clients else _IDLE_S)
-        self._marks += self._known.note(run, self._system.tick_s)
-        self._flush()
-        self._measure(now_s, run.time_s)
+        period_s = _PAUSED_S if status == "paused" else _PERIOD_S
+        self._next_s = now_s + (period_s if self.has_clients else _IDLE_S)
+        self._measure(status, now_s, run.time_s)
+        if status != "ended":  # else the plant is closed
+            self._poses = self._poses_of(self._posed)
+            for picture in self._pictures.take(run.time_s):
+                self._link.post(partial(_picture_text, picture), _PICTURE_WEIGHT)
         state = {
             "kind": "state",
             "time_s": run.time_s,
             "status": status,
             "speed": self._control.speed,
             "factor": self._factor,
-            "requirements": [each.so_far(self._system.tick_s) for each in run.requirements],
-            "live": dict(run.live),
-            "panel": dict(run.panel.values),
+            "poses": self._poses,
         }
+        if whole or now_s - self._whole_s >= _WHOLE_S:
+            self._show_all(state, now_s)
+        else:
+            self._link.show(lambda: dumped(_rounded(state)))
+
+    def _show_all(self, state: dict[str, Any], now_s: float) -> None:
+        """Show all of the present, and what has happened since."""
+        run = self._run
+        self._marks += self._known.note(run, self._system.tick_s)
+        self._flush()
+        state["requirements"] = [each.so_far(self._system.tick_s) for each in run.requirements]
+        state["live"], state["panel"] = dict(run.live), dict(run.panel.values)
         if self._options.real_time:
             state["real_time"] = {
                 name: {"late_ms": 1e3 * late_s, "skipped": skipped}
                 for name, (late_s, skipped) in run.late().items()
             }
-        if status != "ended":  # else the plant is closed
-            self._poses = self._poses_of(self._posed)
+        if state["status"] != "ended":
             self._values = self._truth(run.time_s) if self._truth is not None else ()
-            for picture in self._pictures.take(run.time_s):
-                self._link.post(partial(_picture_text, picture), _PICTURE_WEIGHT)
-        state["poses"], truth = self._poses, self._values
-        seen = [(each, each.present) for each in self._seen.values()]
-        self._link.show(lambda: self._text(state, seen, truth))
+        seen, truth = [(each, each.present) for each in self._seen.values()], self._values
+
+        def text() -> bytes:
+            self._whole_s = now_s
+            return self._text(state, seen, truth)
+
+        self._link.show(text)
 
     def rest(self) -> None:
         """The last tick is over; the plant is about to be closed."""
@@ -388,9 +409,14 @@ class Feed:
             self._posed = None
             return None
 
-    def _measure(self, now_s: float, time_s: float) -> None:
-        then_s, before_s = self._before
-        if now_s - then_s >= _IDLE_S / 2:
+    def _measure(self, status: str, now_s: float, time_s: float) -> None:
+        """Measure how fast the run goes on; a pause does not count."""
+        if status == "paused":
+            self._before = self._factor = None
+        elif self._before is None:
+            self._before = now_s, time_s
+        elif now_s - self._before[0] >= _IDLE_S / 2:
+            then_s, before_s = self._before
             self._factor = (time_s - before_s) / (now_s - then_s)
             self._before = now_s, time_s
 
@@ -409,15 +435,19 @@ class Feed:
         truth: Sequence[tuple[str, Callable[[], bytes]]],
     ) -> bytes:
         """The text of a sample."""
-        if state["poses"] is not None:
-            state["poses"] = state["poses"].round(_DECIMALS)
         steps = b",".join(
             dumped(each.steps.subsystem.name) + b":" + each.text(*present)
             for each, present in seen
             if present[1] is not None
         )
         plant = b",".join(dumped(name) + b":" + text() for name, text in truth)
-        return b'%b,"steps":{%b},"plant":{%b}}' % (dumped(state)[:-1], steps, plant)
+        return b'%b,"steps":{%b},"plant":{%b}}' % (dumped(_rounded(state))[:-1], steps, plant)
+
+
+def _rounded(state: dict[str, Any]) -> dict[str, Any]:
+    """A state, with poses of few digits."""
+    poses = state["poses"]
+    return state if poses is None else {**state, "poses": poses.round(_DECIMALS)}
 
 
 def _picture_text(picture: Picture) -> bytes:

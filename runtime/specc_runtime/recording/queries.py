@@ -141,26 +141,28 @@ def observed_at(index: Index, time_s: float) -> dict[str, Any]:
 def requirements_at(index: Index, time_s: float) -> list[dict[str, Any]]:
     """`verdict`, `margin` and `time_s` of each requirement until then. Raises Unusable.
 
-    The report tells since when it is violated, and how it ended; the verdicts over time tell more.
+    It is violated once that is decided, as the verdicts over time say. Of a recording without them
+    the report tells the first moment that makes the verdict.
     """
     data = _data(index, REQUIREMENTS, time_s)
     during = data.get("requirements") if isinstance(data, dict) else None
     verdicts = during if isinstance(during, list) else []
     entries = index.report.get("requirements")
     reported = entries if isinstance(entries, list) else []
-    return [
-        _so_far(entry, verdict, time_s, index.end_s)
-        for entry, verdict in zip_longest(reported, verdicts)
-    ]
+    has_verdicts, is_over = REQUIREMENTS in index.topics, index.end_s <= time_s + EARLIER_S
+    found = []
+    for entry, verdict in zip_longest(reported, verdicts):
+        is_final = is_over or (not has_verdicts and _is_violated(entry, time_s))
+        so_far = entry if is_final and entry is not None else verdict
+        found.append(_verdict(so_far) if so_far is not None else dict(_OPEN))
+    return found
 
 
-def _so_far(entry: Any, verdict: Any, time_s: float, end_s: float) -> dict[str, Any]:
-    """The verdict until a time of a requirement with an entry in the report."""
+def _is_violated(entry: Any, time_s: float) -> bool:
+    """Whether a requirement is violated by then, as the report says."""
     final = _verdict(entry)
-    since_s = final["time_s"] if final["verdict"] == "violated" else end_s
-    if entry is not None and since_s is not None and since_s <= time_s + EARLIER_S:
-        return final
-    return _verdict(verdict) if verdict is not None else dict(_OPEN)
+    since_s = final["time_s"]
+    return final["verdict"] == "violated" and since_s is not None and since_s <= time_s + EARLIER_S
 
 
 def _verdict(data: Any) -> dict[str, Any]:

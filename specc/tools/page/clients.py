@@ -78,6 +78,10 @@ class Client:
         self._latest[kind] = content
         self._has_more.set()
 
+    def take_back(self, kind: Hashable) -> None:
+        """Do not send what was put as the latest of this kind."""
+        self._latest.pop(kind, None)
+
     def forget(self) -> None:
         """Send nothing of what waits: something else begins."""
         self._queue.clear()

@@ -11,12 +11,13 @@ import argparse
 import asyncio
 import base64
 import binascii
+import math
 import signal
 import socket
 import sys
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module
 from threading import Lock
@@ -24,16 +25,21 @@ from typing import Any, NamedTuple
 
 from specc import pipeline
 from specc.diagnostics.visible import visible
+from specc.lang.values import Floats
+from specc.model.system import PLANT
 from specc.refusal import Refused
 from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Message, json_text
 from specc.tools.page.moments import (
+    NO_LINES,
+    DrawnSignal,
     LastStep,
+    drawn_signal,
     flow_of,
     frames_of,
-    message_of,
-    series_of,
+    lines_of,
+    part_of,
     states_of,
     values_of,
     why_of,
@@ -46,6 +52,10 @@ _MOST_BYTES = 64_000_000
 _LONGEST_LINE = 1 << 26
 _MOST_SPANS, _MOST_MARKS = 20_000, 5_000
 """Of a machine, and of a run, that are kept."""
+_MOST_FOLLOWED = 16
+"""Signals whose numbers are kept."""
+_NEWS = "time_s", "status", "speed", "factor", "poses"
+"""What each state says; the others come less often."""
 _RECENT = 5
 _ROUNDING_S = 1e-9
 _DO = {"break", "continue", "hold", "panel", "pause", "release", "restart", "set", "speed", "step",
@@ -88,6 +98,34 @@ class RunHistory:
         with self._lock:
             first = max(0, bisect_right(self._times, begin_s) - 1)
             return self._texts[first : bisect_right(self._times, end_s)]
+
+
+class FollowedSignal:
+    """The numbers of a signal in the last part of a run, in which each state is read once."""
+
+    def __init__(self, drawn: DrawnSignal) -> None:
+        self.drawn = drawn
+        self._begin_s = math.inf
+        self._times: list[float] = []
+        self._rows: list[Floats] = []
+
+    def lines(self, history: RunHistory, begin_s: float, end_s: float) -> Message:
+        """`t`, `lines` and `words` from a time on; `end_s` is the present."""
+        times, rows = self._times, self._rows
+        if begin_s < self._begin_s:
+            times.clear()
+            rows.clear()
+        self._begin_s, since_s = begin_s, begin_s
+        if times:  # the last state was perhaps replaced by one of the same time
+            since_s = times.pop()
+            rows.pop()
+        for text in history.between(since_s, end_s):
+            state = _loaded(text)
+            times.append(state["time_s"])
+            rows.append(self.drawn.read(_message(state, self.drawn.owner)))
+        gone = max(0, bisect_right(times, begin_s) - 1)
+        del times[:gone], rows[:gone]
+        return lines_of(self.drawn, times, rows)
 
 
 class StateChange(NamedTuple):
@@ -148,6 +186,9 @@ class LiveRun:
         """Begin with nothing."""
         self._history = RunHistory()
         self._state: Message = {}
+        self._news: Message = {}
+        """What the run sent of the present since then."""
+        self._followed: dict[str, FollowedSignal] = {}
         self._spans: dict[str, list[StateChange]] = defaultdict(list)
         self._rows: dict[str, list[RowRepeats]] = defaultdict(list)
         self._marks: list[Message] = []
@@ -176,10 +217,14 @@ class LiveRun:
             case {"kind": "state", "time_s": int() | float() as time_s, "steps": dict()}:
                 steps_of_state(message)
                 self._history.keep(float(time_s), line)
-                self._state = message
+                self._state, self._news = message, {}
                 server.tell_now()
+            case {"kind": "state", "time_s": int() | float()} if "steps" not in message:
+                self._news = {name: message.get(name) for name in _NEWS}
+                server.tell_news(self._news)
             case {"kind": "spans", "changes": list() as changes}:
-                server.tell({"type": "spans", "spans": self._add(changes), "replace": False})
+                if spans := self._add(changes):
+                    server.tell({"type": "spans", "spans": spans, "replace": False})
             case {"kind": "marks", "marks": list() as marks}:
                 self._mark([_mark(mark) for mark in marks], server)
             case {"kind": "begin"}:
@@ -291,16 +336,18 @@ class LiveRun:
         """See `Source`."""
         state = self._state
         steps = steps_of_state(state)
-        names = ("poses", "live", "panel", "real_time")
+        names = ("live", "panel", "real_time")
         return {
             "time_s": self._time_s,
             "status": state.get("status", "running"),
             "speed": state.get("speed"),
             "factor": state.get("factor"),
+            "poses": state.get("poses"),
             "states": states_of(steps),
             "flow": flow_of(self._description, steps),
             "requirements": state.get("requirements") or [],
             **{name: state[name] for name in names if state.get(name) is not None},
+            **self._news,
         }
 
     def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
@@ -354,19 +401,14 @@ class LiveRun:
         """See `Source`."""
         end_s = self._time_s if time_s is None else time_s + window_s / 2
         begin_s = end_s - window_s
-        owner = self._description.signals.get(name)
-
-        def points() -> Iterator[tuple[float, Any]]:
-            for text in self._history.between(begin_s, end_s):
-                state = _loaded(text)
-                steps = steps_of_state(state)
-                if owner is not None:
-                    message = message_of(owner, steps, state.get("plant"))
-                else:
-                    message = steps[name].step if name in steps else None
-                yield state["time_s"], message
-
-        found = series_of(self._description, name, points())
+        followed = self._followed.pop(name, None) if time_s is None else None
+        if followed is None and (drawn := drawn_signal(self._description, name)):
+            followed = FollowedSignal(drawn)
+        found = followed.lines(self._history, begin_s, end_s) if followed else NO_LINES
+        if followed and time_s is None:
+            self._followed[name] = followed
+            if len(self._followed) > _MOST_FOLLOWED:
+                del self._followed[next(iter(self._followed))]
         return {"name": name, "begin_s": begin_s, "end_s": end_s, **found}
 
     def asset(self, number: int) -> Asset | None:
@@ -394,6 +436,11 @@ def _loaded(text: bytes) -> Any:
         if type(error).__name__ != "Misshapen":
             raise
         raise Refused(str(error)) from error
+
+
+def _message(state: Message, owner: str) -> Any:
+    """The message of a state in which the signals of a subsystem are, or of the plant."""
+    return {"y": state.get("plant")} if owner == PLANT else part_of(state, ("steps", owner, "step"))
 
 
 def steps_of_state(state: Message) -> dict[str, LastStep]:

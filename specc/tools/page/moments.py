@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,6 +19,7 @@ from specc.tools.why import Explainer, NotKnown, SeenStep, WhyLine, value_of, va
 
 MOST_POINTS = 600
 """Of one line of a series."""
+NO_LINES: dict[str, Any] = {"t": [], "lines": [], "words": []}
 _LONGEST_NAME = 300
 
 
@@ -147,35 +148,61 @@ def _as_data(line: WhyLine) -> Message:
 # Series of numbers over time.
 
 
+@dataclass(frozen=True, slots=True)
+class DrawnSignal:
+    """A signal or a machine as lines: what `read` finds in a message of its owner."""
+
+    owner: str
+    read: Callable[[Any], Floats]
+    words: Sequence[str]
+    is_pose: bool = False
+
+
+def drawn_signal(description: Description, name: str) -> DrawnSignal | None:
+    """How a signal is drawn, or the state of a subsystem; None if it cannot be."""
+    if subsystem := description.subsystems.get(name):
+        names = [state.name for state in subsystem.states]
+        number = {name: float(index) for index, name in enumerate(names)}
+
+        def state(message: Any) -> Floats:
+            return (number.get(str(part_of(message, ("state",))), math.nan),)
+
+        return DrawnSignal(name, state, names)
+    listed = description.signals.get(name)
+    if listed is None or (signal := listed.signal) is None:
+        return None
+    blank = (math.nan,) * len(signal.components)
+
+    def numbers(message: Any) -> Floats:
+        data = part_of(message, signal.path)
+        try:
+            return blank if data is None else signal.numbers(data)
+        except NotKnown:
+            return blank
+
+    words = signal.components[0].words if signal.components else ()
+    return DrawnSignal(listed.owner, numbers, words, signal.is_pose)
+
+
 def series_of(
     description: Description, name: str, points: Iterable[tuple[float, Any]]
 ) -> dict[str, Any]:
     """`t`, `lines` and `words` of a signal: `points` are times and the messages of its owner."""
-    times: list[float] = []
-    rows: list[Floats] = []
-    words: Sequence[str] = ()
-    if subsystem := description.subsystems.get(name):
-        words = [state.name for state in subsystem.states]
-        number = {word: float(index) for index, word in enumerate(words)}
-        for time_s, message in points:
-            times.append(time_s)
-            rows.append((number.get(str(part_of(message, ("state",))), math.nan),))
-    elif (listed := description.signals.get(name)) and (signal := listed.signal):
-        words = signal.components[0].words if signal.components else ()
-        blank = (math.nan,) * len(signal.components)
-        for time_s, message in points:
-            data = part_of(message, signal.path)
-            times.append(time_s)
-            try:
-                rows.append(blank if data is None else signal.numbers(data))
-            except NotKnown:
-                rows.append(blank)
-        if signal.is_pose:
-            turned = unwrap_rotations([row[3:] for row in rows])
-            rows = [(*row[:3], *turn) for row, turn in zip(rows, turned, strict=True)]
+    drawn = drawn_signal(description, name)
+    if drawn is None:
+        return NO_LINES
+    found = [(time_s, drawn.read(message)) for time_s, message in points]
+    return lines_of(drawn, [time_s for time_s, _ in found], [row for _, row in found])
+
+
+def lines_of(drawn: DrawnSignal, times: Sequence[float], rows: Sequence[Floats]) -> dict[str, Any]:
+    """`t`, `lines` and `words` of what was read at these times."""
+    if drawn.is_pose:
+        turned = unwrap_rotations([row[3:] for row in rows])
+        rows = [(*row[:3], *turn) for row, turn in zip(rows, turned, strict=True)]
     columns = [list(column) for column in zip(*rows, strict=True)]
     thin_times, thin = decimated(times, columns)
-    return {"t": thin_times, "lines": thin, "words": list(words)}
+    return {"t": thin_times, "lines": thin, "words": list(drawn.words)}
 
 
 def decimated(

@@ -190,6 +190,14 @@ class Server:
             text = json_text({"type": "now", **self._source.now()})
             for client in self._clients:
                 client.put_latest("now", text)
+                client.take_back("news")
+
+    def tell_news(self, news: Message) -> None:
+        """Send parts of what is now; the others stay as they are."""
+        if self._clients:
+            text = json_text({"type": "now", **news})
+            for client in self._clients:
+                client.put_latest("news", text)
 
     def tell_picture(self, picture: Picture) -> None:
         """Send a picture to the browsers that show its camera."""

@@ -34,7 +34,7 @@
  *   requirements?: Verdict[], poses: number[][]|null, live: Object<string, number>,
  *   panel: Object<string, any>,
  *   real_time?: Object<string, {late_ms: number, skipped: number}>}} Now
- *   The latest moment of a run, or the end of a recording.
+ *   The latest moment of a run, or the end of a recording. What is missing has not changed.
  * @typedef {{type: "moment", id: number, time_s: number, states: Object<string, Standing>,
  *   values: Object<string, string>, requirements: Verdict[], poses: number[][]|null,
  *   frames?: Object<string, number[]>,

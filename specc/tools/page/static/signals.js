@@ -131,7 +131,7 @@ function askInTime() {
   if (document.hidden || !(page.playing || is_live)) {
     return;
   }
-  if (is_live && now_ms - last_values_ms > BETWEEN_MS / 2) {
+  if (is_live && (seen.size || all.open) && now_ms - last_values_ms > BETWEEN_MS / 2) {
     last_values_ms = now_ms;
     askValues();
   }

@@ -202,17 +202,15 @@ function takeHello(message) {
 }
 
 function takeNow(message) {
-  page.now = message;
-  for (const [machine, { state }] of Object.entries(message.states)) {
+  page.now = { ...page.now, ...message }; // it has what is new
+  for (const [machine, { state }] of Object.entries(page.now.states)) {
     page.spans[machine] ??= [[page.hello.begin_s, null, state]]; // it has not changed yet
   }
   if (page.cursor !== null) {
     return;
   }
-  const { time_s, states, flow, poses, requirements, values } = message;
-  Object.assign(page.shown, { time_s, states: { ...states }, flow, poses });
-  page.shown.requirements = requirements ?? page.shown.requirements;
-  page.shown.values = values ?? page.shown.values;
+  const { time_s, states, flow, poses, requirements } = page.now;
+  Object.assign(page.shown, { time_s, states: { ...states }, flow, poses, requirements });
 }
 
 function takeMoment(message) {

@@ -7,7 +7,7 @@ import { on, page, Question } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 500;
-const SOON_MS = 100;
+const SOON_MS = 250;
 /** Between questions while time goes on by itself, and after a change of the state. */
 const ASIDE = /^(not asked|rows of |conditions of |by )|: not asked/;
 /** What is said besides. */
@@ -26,6 +26,11 @@ let texts = [];
 let last_ms = 0;
 let asked = "";
 let asked_since = null;
+/** Reasons out of sight are not asked for while time goes on. */
+let is_seen = true;
+new IntersectionObserver((entries) => {
+  is_seen = entries.at(-1).isIntersecting;
+}).observe(reasons);
 
 function sinceWhen() {
   return page.shown.states[page.machine]?.since_s ?? null;
@@ -41,7 +46,7 @@ function ask() {
 const askAtRest = debounce(ask, REST_MS);
 
 function askInTime() {
-  const is_moving = (page.cursor === null || page.playing) && !document.hidden;
+  const is_moving = (page.cursor === null || page.playing) && is_seen && !document.hidden;
   const is_new = asked !== `${page.machine} ${page.time_s}`;
   const between_ms = asked_since === sinceWhen() ? BETWEEN_MS : SOON_MS;
   if (is_moving && is_new && performance.now() - last_ms > between_ms) {
