@@ -74,10 +74,13 @@ def _enums_in_python(system: System) -> Iterator[tuple[Enum, str]]:
     for operator in system.operators:
         passed = (operator.result, *(type_ for _, type_ in operator.parameters))
         types += [(type_, f"operator `{operator.name}`") for type_ in passed]
+    bindings = system.plant.bindings if system.plant else ()
+    operated = {binding.name for binding in bindings if binding.panel}
     for device in system.devices:
         for element in (*device.x, *device.y):
-            code = f"the plant, by `{device.qualified_name}.{element.name}`"
-            types.append((element.type, code))
+            name = f"{device.qualified_name}.{element.name}"
+            if name not in operated:
+                types.append((element.type, f"the plant, by `{name}`"))
     watched = system.task.watch if system.task else ()
     memory = (each for subsystem in system.subsystems for each in subsystem.memory)
     types += [(each.type, "the judge of the task") for each in memory if each.name in watched]

@@ -8,6 +8,7 @@ import pytest
 
 from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
+from tests.house.tree import ROOT
 from tests.tools.lsp.test_completion import labels
 from tests.tools.lsp.test_rename import renamed
 from tests.tools.lsp.workspace import place
@@ -82,3 +83,13 @@ def test_an_element_is_renamed_where_it_is_bound_and_pressed(
         assert part in after
     after = renamed(project, path, place(TEXT, "|desk:"), "console")[path]
     assert "press: [console.R." in after and "turn: {console.R." in after
+
+
+def test_a_member_that_only_an_operator_chooses_is_renamed(tmp_path: Path) -> None:
+    path, project = tmp_path / "panel.yaml", Project()
+    text = (ROOT / "tests/cases/plant/ok-panel.yaml").read_text("utf-8")
+    path.write_text(text)
+    project.analyse(str(path))
+    after = renamed(project, str(path), place(text, "enum[|manual"), "by_hand")[str(path)]
+    assert "Mode: enum[by_hand, automatic]" in after
+    assert "{panel: choice, init: by_hand}" in after

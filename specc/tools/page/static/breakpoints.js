@@ -8,7 +8,7 @@ const DIALOG = byId("breakpoints");
 const COMPARISONS = ["", "<", "<=", "==", "!=", ">=", ">"];
 
 /** What a breakpoint stops at; equal ones are the same. */
-export function wordsOf(one) {
+function wordsOf(one) {
   switch (one.kind) {
     case "state":
       return `${one.machine} enters ${one.state}`;
@@ -29,7 +29,7 @@ function sentWords({ machine, element, item, op, value }) {
 }
 
 /** The breakpoint in the list that is equal to this one. */
-export function setBreakpoint(one) {
+function setBreakpoint(one) {
   return page.breakpoints.find((other) => wordsOf(other) === wordsOf(one));
 }
 

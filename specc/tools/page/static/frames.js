@@ -5,6 +5,7 @@
  * A specification does not say where its frames are in a model, so people do: once for each base
  * frame, remembered by the browser.
  */
+import { html, recall, remember } from "./dom.js";
 import { checkedPose, composePose, IDENTITY_POSE } from "./geometry.js";
 
 export const WORLD = "world";
@@ -33,10 +34,10 @@ export class FrameChooser {
   /** @param {HTMLElement} parent what it is put into @param {Settings} settings */
   constructor(parent, settings) {
     this.settings = { carriers: {}, system: "", ...settings };
-    const saved = recall(this.key);
+    const saved = recall(this.key, {});
     const names = new Set(this.settings.poses.map(({ name }) => name));
-    this.shown = new Set(texts(saved?.shown).filter((name) => names.has(name)));
-    const bodies = Object.entries(saved?.bodies ?? {});
+    this.shown = new Set(texts(saved.shown).filter((name) => names.has(name)));
+    const bodies = Object.entries(saved.bodies ?? {});
     this.chosen = new Map(bodies.filter(([, body]) => this.hasBody(body)));
     this.element = document.createElement("div");
     this.element.className = "frame-chooser";
@@ -48,7 +49,7 @@ export class FrameChooser {
   }
 
   get key() {
-    return `specc frames ${this.settings.system}`;
+    return `frames of ${this.settings.system}`;
   }
 
   /** The names of the signals whose values are needed. */
@@ -94,7 +95,7 @@ export class FrameChooser {
 
   signalBox() {
     const box = document.createElement("fieldset");
-    box.append(element("legend", "Frames of poses"));
+    box.append(html("legend", {}, "Frames of poses"));
     for (const { name, base, end } of this.settings.poses) {
       const input = document.createElement("input");
       input.type = "checkbox";
@@ -106,10 +107,10 @@ export class FrameChooser {
         this.showCarriers();
       });
       const label = document.createElement("label");
-      label.append(input, element("span", name), element("small", `${end} in ${base}`));
+      label.append(input, html("span", {}, name), html("small", {}, `${end} in ${base}`));
       box.append(label);
     }
-    if (!this.settings.poses.length) box.append(element("p", "This system has no poses."));
+    if (!this.settings.poses.length) box.append(html("p", {}, "This system has no poses."));
     return box;
   }
 
@@ -121,7 +122,7 @@ export class FrameChooser {
       ...bases.map((base) => {
         const select = document.createElement("select");
         for (const body of [WORLD, ...this.settings.bodies]) {
-          const option = element("option", body === WORLD ? "the world" : body);
+          const option = html("option", {}, body === WORLD ? "the world" : body);
           option.value = body;
           select.append(option);
         }
@@ -131,7 +132,7 @@ export class FrameChooser {
           this.keep();
         });
         const label = document.createElement("label");
-        label.append(element("span", `Frame ${base} is at`), select);
+        label.append(html("span", {}, `Frame ${base} is at`), select);
         return label;
       }),
     );
@@ -143,27 +144,5 @@ export class FrameChooser {
   }
 }
 
-function element(tag, text) {
-  const found = document.createElement(tag);
-  found.textContent = text;
-  return found;
-}
-
 const texts = (values) =>
   Array.isArray(values) ? values.filter((value) => typeof value === "string") : [];
-
-function recall(key) {
-  try {
-    return JSON.parse(localStorage.getItem(key));
-  } catch {
-    return null;
-  }
-}
-
-function remember(key, value) {
-  try {
-    localStorage.setItem(key, JSON.stringify(value));
-  } catch {
-    // a browser that keeps nothing
-  }
-}

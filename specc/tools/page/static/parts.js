@@ -5,9 +5,9 @@ import { checkedPose, cube, cylinder, IDENTITY_POSE, smoothSolid, sphere } from 
 import { bytesOf, colourOf, LIMITS, parseGlb } from "./glb.js";
 import { cameraOfText } from "./orbit.js";
 
-export const MOST_PARTS = 2000;
-export const MOST_TRIANGLES = 250_000;
-export const MOST_TEXTURES = 64;
+const MOST_PARTS = 2000;
+const MOST_TRIANGLES = 250_000;
+const MOST_TEXTURES = 64;
 const FLAT_M = 0.002;
 const KINDS = { cubes: "cube", spheres: "sphere", cylinders: "cylinder" };
 
