@@ -30,7 +30,7 @@ class PageRuns:
         """`folder` is for what the next run goes on from. Raises Refused."""
         if find_spec("websockets") is None:
             raise Refused(import_module("specc_runtime.extras").lacking("websockets"))
-        _check_free(options.ui)
+        check_free(options.ui)
         self._first = self._options = options
         self._folder = folder
         self._past: list[tuple[float, Path]] = []
@@ -135,7 +135,7 @@ class PageRuns:
         return again
 
 
-def _check_free(port: int) -> None:
+def check_free(port: int) -> None:
     """Raises Refused for a port at which there can be no page."""
     with socket.socket() as tried:
         tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

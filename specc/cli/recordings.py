@@ -90,6 +90,21 @@ def recorded_constants(about: Any) -> dict[str, str]:
     raise Refused("the recording does not say which constants were set")
 
 
+def constants_for(file: object, about: Any, spec: str) -> dict[str, str]:
+    """Constants that were set for the run, to compile the user's specification with.
+
+    Raises Refused if the recording is of another system.
+    """
+    from specc import pipeline
+
+    recorded = about.get("system", "")
+    system = pipeline.read_spec(spec).system
+    if recorded and system and system.name != recorded:
+        name = truncate(recorded, _LONGEST)
+        raise Refused(f"{file} is a recording of {name}, and {spec} describes {system.name}")
+    return recorded_constants(about)
+
+
 def recover(options: Namespace) -> int:
     """Make a clean file with an index of a recording that was cut; 2 if there is none in it."""
     out = Path(options.out or options.file)
@@ -117,7 +132,9 @@ def replay(options: Namespace) -> int:
     if not spec:
         raise missing_spec(options.file, about, ["specc", "replay", options.file])
     skips = call_runtime("recording.messages", "followed_the_clock", about)
-    built = pipeline.build(spec, recorded_constants(about), is_read=False, tests_all_rows=skips)
+    built = pipeline.build(
+        spec, constants_for(file, about, spec), is_read=False, tests_all_rows=skips
+    )
     result = built.result
     if not result.ok or result.system is None:
         return streams.print_findings(result, spec) or DIFFERS

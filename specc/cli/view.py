@@ -9,9 +9,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
+from specc.cli.page import check_free
 from specc.cli.recordings import (
     DIFFERS,
     call_runtime,
+    constants_for,
     print_losses,
     recorded_constants,
     recorded_texts,
@@ -19,7 +21,7 @@ from specc.cli.recordings import (
 )
 from specc.diagnostics import blocks
 from specc.diagnostics.phrases import join_some, truncate
-from specc.refusal import Refused, missing_package
+from specc.refusal import Refused, missing_package, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,11 +39,13 @@ def view(options: Namespace) -> int:
     """Show a recording until Ctrl-C; the exit code says whether parts of it are lost."""
     from specc import pipeline
 
+    check_free(options.port)
     index = call_runtime("recording.index", "Index", options.file, _AT_FIRST_S)
     result = None
     if options.spec:
         about, _ = call_runtime("recording.messages", "recorded", options.file)
-        result = pipeline.compile_spec(options.spec, recorded_constants(about))
+        values = constants_for(options.file, about, options.spec)
+        result = pipeline.compile_spec(options.spec, values)
         if not result.ok:
             return streams.print_findings(result, options.spec) or DIFFERS
     try:
@@ -127,8 +131,8 @@ async def _serve(source: RecordedRun, port: int) -> None:
     server = Server(source, port)
     try:
         await server.start()
-    except OSError as error:
-        raise Refused(f"no page at port {port}: {error.strerror}") from error
+    except OSError as error:  # another program took the port meanwhile
+        raise Refused(f"no page at port {port}: {reason_of(error)}") from error
     ended = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGINT, ended.set)
     server.begin()

@@ -11,9 +11,9 @@ from specc.cli import streams
 from specc.cli.recordings import (
     DIFFERS,
     call_runtime,
+    constants_for,
     missing_spec,
     print_losses,
-    recorded_constants,
     recorded_texts,
 )
 from specc.diagnostics.phrases import truncate
@@ -41,7 +41,7 @@ def why(options: Namespace) -> int:
     if not options.spec:
         words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
         raise missing_spec(str(file), about, words)
-    result = pipeline.compile_spec(options.spec, recorded_constants(about))
+    result = pipeline.compile_spec(options.spec, constants_for(file, about, options.spec))
     if not result.ok or result.system is None:
         return streams.print_findings(result, options.spec) or DIFFERS
     is_exact = about.get("exact") == "true"

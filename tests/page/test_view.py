@@ -342,7 +342,18 @@ def test_what_cannot_be_viewed(arguments: tuple[object, ...], words: str) -> Non
 def test_a_port_that_is_taken() -> None:
     with served(KEPT) as run:
         done = specc("view", KEPT, "--port", run.port)
-    assert done.returncode == 2 and f"no page at port {run.port}" in done.stderr
+        live = specc("run", CONVEYOR, f"--ui={run.port}", "--duration", "1")
+    words = f"specc: no page at port {run.port}: address already in use\n"
+    assert (done.returncode, done.stderr) == (live.returncode, live.stderr) == (2, words)
+
+
+def test_a_recording_of_another_system(tmp_path: Path) -> None:
+    """Also one with constants that the specification does not have."""
+    file, words = _violated(tmp_path), "specs/rovers.yaml describes rovers"
+    words = f"specc: {file} is a recording of conveyor_gate, and {words}\n"
+    for command in (["view", file], ["why", f"{file}@1.5"], ["replay", file]):
+        done = specc(*command, "--spec", "specs/rovers.yaml")
+        assert (done.returncode, done.stdout, done.stderr) == (2, "", words)
 
 
 def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
