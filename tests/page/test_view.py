@@ -161,6 +161,19 @@ def test_verdicts_of_files_without_them_over_time() -> None:
     assert {each["verdict"] for each in run.now()["requirements"]} == {"holds"}
 
 
+def test_a_violation_is_explained_as_why_does(tmp_path: Path) -> None:
+    """With the constants of the requirement, as they were set."""
+    file = _violated(tmp_path)
+    first, second = opened(file).hello()["requirements"]
+    assert (first["constants"], second["constants"]) == ({}, {"patience": "0.5 s"})
+    assert first["reasons"] == []
+    assert second["reasons"][1] == (
+        "state(gate.c) == opening had to hold by 2 s, 0.5 s later, and did not"
+    )
+    told = specc("why", f"{file}@3", "--spec", CONVEYOR).stdout
+    assert "".join(f"  {reason}\n" for reason in second["reasons"]) in told
+
+
 def test_spans_and_marks(recorded: tuple[Path, Path]) -> None:
     file, _ = recorded
     run = opened(file)
@@ -419,6 +432,23 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
     with served(tmp_path / "run.mcap", code=3) as run:
         page.open(run.url)
         page.wait_for("document.querySelector('#notices')?.innerText.includes('was cut after')")
+        assert page.errors() == []
+
+
+def test_the_page_explains_a_violation(page: Page, tmp_path: Path) -> None:
+    with served(_violated(tmp_path)) as run:
+        page.open(run.url)
+        shown = (
+            "[...document.querySelectorAll('#verdict-list .is-violated')].map((e) => e.innerText)"
+        )
+        page.wait_for(f"{shown}.join().includes('where patience = 0.5 s')")
+        assert "had to hold by 2 s" in page.evaluate(shown)[0]
+        page.evaluate("const slider = document.querySelector('input.cursor'); slider.value = 1;"
+                      "slider.dispatchEvent(new Event('input'))")  # fmt: skip
+        page.wait_for(f"{TIME} == 1 && {shown}.length == 0")
+        every = "document.querySelector('#verdict-list').innerText"
+        page.wait_for(f"!{every}.includes('had to hold')")
+        assert "where patience = 0.5 s" in page.evaluate(every)
         assert page.errors() == []
 
 

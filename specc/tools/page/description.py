@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 from specc.lang.show import show
-from specc.model.expr import Live
+from specc.model.expr import Expr, Live, Number, constant_names
 from specc.model.fsm import State
+from specc.model.requirement import Requirement, expressions_in
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
 from specc.model.units import DIMENSIONLESS
@@ -25,6 +27,7 @@ from specc.tools.graph.page import (
 from specc.tools.page.frames import carriers
 from specc.tools.page.server import Asset
 from specc.tools.plot import ListedSignal, list_signals
+from specc.tools.why import value_text
 
 _SVG = "image/svg+xml"
 _LONGEST = 10_000
@@ -98,7 +101,12 @@ class Description:
         """What `hello` says of the specification."""
         system = self.system
         requirements = (
-            {"that": r.that, "because": r.because, "place": self.at(r.place)}
+            {
+                "that": r.that,
+                "because": r.because,
+                "place": self.at(r.place),
+                "constants": dict(self._constants_of(r)),
+            }
             for r in system.requirements
         )
         found = _shortened(
@@ -189,6 +197,14 @@ class Description:
                 case Pose(parent=parent, child=child):
                     yield {"name": each.name, "base": parent, "end": child}
 
+    def _constants_of(self, requirement: Requirement) -> Iterator[tuple[str, str]]:
+        """The constants in a requirement, and what they are."""
+        known = {each.name: each for each in self.system.constants}
+        parts = map(constant_names, expressions_in(requirement.formula))
+        for name in dict.fromkeys(chain.from_iterable(parts)):
+            if constant := known.get(name):
+                yield name, _quantity(constant)
+
     def _constants(self) -> Iterator[dict[str, str]]:
         """What another run can set."""
         known = {each.name: each for each in self.system.constants}
@@ -222,8 +238,18 @@ def _state_signal(subsystem: Subsystem) -> dict[str, Any]:
 
 
 def _initial(constant: Constant) -> str:
+    return show(_value(constant))
+
+
+def _quantity(constant: Constant) -> str:
+    """Its value as people write it."""
+    value = _value(constant)
+    return value_text(value.type, value.value) if isinstance(value, Number) else show(value)
+
+
+def _value(constant: Constant) -> Expr:
     is_live = isinstance(constant.value, Live) and constant.initial is not None
-    return show(constant.initial if is_live and constant.initial else constant.value)
+    return constant.initial if is_live and constant.initial else constant.value
 
 
 def _shortened(data: Any) -> Any:

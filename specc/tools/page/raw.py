@@ -14,6 +14,7 @@ from specc.refusal import Refused
 from specc.tools.page.messages import Message
 from specc.tools.page.moments import decimated, part_of
 from specc.tools.page.recorded import Recording, SeenSteps, line_of
+from specc.tools.why import Steps
 
 _LONGEST_VALUE = 120
 _MOST_SIGNALS, _MOST_COMPONENTS = 2000, 12
@@ -58,7 +59,12 @@ class RawContent:
             "parts": {},
             "signals": [*map(_state_signal, self._states), *map(_signal, self._signals)],
             "requirements": [
-                {"that": str(r.get("that")), "because": str(r.get("because")), "place": None}
+                {
+                    "that": str(r.get("that")),
+                    "because": str(r.get("because")),
+                    "place": None,
+                    "constants": {},
+                }
                 for r in required
                 if isinstance(r, dict)
             ],
@@ -110,6 +116,10 @@ class RawContent:
         columns = [[row[i] if i < len(row) else math.nan for row in rows] for i in range(width)]
         thin_times, thin = decimated(times, columns)
         return {"t": thin_times, "lines": thin, "words": words}
+
+    def violation(self, that: str, since_s: float, steps: Steps) -> list[str]:
+        """See `RecordedContent`."""
+        return []
 
     def why(self, one: Any) -> list[Message]:
         """See `RecordedContent`."""

@@ -6,7 +6,7 @@ Each moment is looked up in the file through the runtime's index of it.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from threading import Lock
 from time import monotonic, sleep
@@ -19,7 +19,8 @@ from specc.tools.page.messages import Message
 from specc.tools.page.moments import flow_of, frames_of, series_of, states_of, values_of
 from specc.tools.page.server import Asset
 from specc.tools.plot.sheet import Band, merge_short_spans
-from specc.tools.why.lines import Explainer
+from specc.tools.why import Steps, violation_reasons
+from specc.tools.why.lines import Explainer, seconds
 
 SeenSteps = Mapping[str, Any]
 """The last step of each subsystem, each a `recording.moment.Seen` of the runtime."""
@@ -32,6 +33,10 @@ _LONGEST_WINDOW_S = 600.0
 _AT_ONCE_S, _BETWEEN_S = 0.03, 0.001
 """Wall time for which a file is read while nobody can look at it, and for which others can."""
 _EARLIER_S = 1e-6
+_MOST_REASONS = 20
+"""Requirements of which is said why they are violated."""
+_LONGEST_MARK = 300
+"""Characters of a mark; of a longer text that is its beginning."""
 _NOWHERE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 _NOTHING: Message = {"t": [], "lines": [], "words": []}
 
@@ -60,6 +65,9 @@ class RecordedContent(Protocol):
 
     def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
         """`t`, `lines` and `words`; the points are times and messages of the owner."""
+
+    def violation(self, that: str, since_s: float, steps: Steps) -> list[str]:
+        """Why a requirement fails at a time; nothing if that is not known."""
 
     def why(self, one: Any) -> list[Message]:
         """The lines of `why` for the last step of a subsystem."""
@@ -101,6 +109,13 @@ class SpecifiedContent:
     def series(self, name: str, points: Iterable[tuple[float, Any]]) -> Message:
         """See `RecordedContent`."""
         return series_of(self._description, name, points)
+
+    def violation(self, that: str, since_s: float, steps: Steps) -> list[str]:
+        """See `RecordedContent`."""
+        for each in self._description.system.requirements:
+            if each.that == that:
+                return [*violation_reasons(each, since_s, steps, seconds)]
+        return []
 
     def why(self, one: Any) -> list[Message]:
         """See `RecordedContent`."""
@@ -151,6 +166,14 @@ class Recording:
             seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
             return {one.name: one for one in seen if not self.index.lost_at(one.name, time_s)}
 
+    def last_steps(self, time_s: float) -> Mapping[str, Mapping[str, Any]]:
+        """The message of the last step of each subsystem until then; none if it has none."""
+        with self._lock:
+            found: Mapping[str, Mapping[str, Any]] = self.call(
+                "recording.moment", "last_steps", self.index, time_s
+            )
+        return found
+
     def spans(self) -> dict[str, list[tuple[float, float, str]]]:
         """The spans of all machines, each with begin and end in s and the state."""
         index, texts = self.index, self.index.names.texts
@@ -175,14 +198,19 @@ class RecordedRun:
     def __init__(self, recording: Recording, content: RecordedContent, assets: AssetShelf) -> None:
         self._recording, self._content, self._assets = recording, content, assets
         self._scene: str | None = None
+        self._reasons: dict[str, list[str]] = {}
+        """Why requirements are violated, by their texts."""
         self.refresh()
 
     def refresh(self) -> None:
         """Look at what is read of the file by now."""
         recording, index = self._recording, self._recording.index
         self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
-        required = self._content.message()["requirements"]
-        self._marks = list(recording.ask("marks", [each["that"] for each in required]) or ())
+        self._about = self._content.message()
+        required = [each["that"] for each in self._about["requirements"]]
+        self._marks = list(recording.ask("marks", required) or ())
+        if index.is_whole:
+            self._reasons = dict(self._reasons_of(required))
         self._cameras = dict(recording.ask("pictured"))
         poses = (recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
         self._bodies = list(next(filter(None, poses), ()))
@@ -194,6 +222,14 @@ class RecordedRun:
                 band = Band(name, tuple(spans), ())
                 self._spans[name] = list(merge_short_spans(band, length_s))
         self._last = {**self.moment(None, []), "status": "ended", "speed": None, "factor": None}
+
+    def _reasons_of(self, required: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
+        """Why requirements are violated that have marks, of the first ones."""
+        since_s = {m["text"]: m["time_s"] for m in self._marks if m["kind"] == "violation"}
+        found = [that for that in required if that[:_LONGEST_MARK] in since_s]
+        for that in found[:_MOST_REASONS]:
+            at_s = since_s[that[:_LONGEST_MARK]]
+            yield that, self._content.violation(that, at_s, self._recording.last_steps)
 
     @property
     def is_whole(self) -> bool:
@@ -213,7 +249,7 @@ class RecordedRun:
         paced = recording.call("recording.messages", "followed_the_clock", recording.about)
         never = dict.fromkeys(("pause", "step", "speed", "break", "live", "panel", "set"), False)
         return {
-            **self._content.message(),
+            **self._about,
             "source": "file",
             "file": recording.index.path.name,
             "seed": recording.about.get("seed"),
@@ -227,6 +263,10 @@ class RecordedRun:
             "scene": self._scene,
             "live": [],
             "panel": [],
+            "requirements": [
+                {**each, "reasons": self._reasons.get(each["that"], [])}
+                for each in self._about["requirements"]
+            ],
             "can": {**never, "restart": bool(recording.spec)},
         }
 

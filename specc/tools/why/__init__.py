@@ -3,7 +3,7 @@
 from specc.lang.values import NotRecorded
 from specc.tools.why.lines import Explainer, SeenStep, WhyLine
 from specc.tools.why.moment import Moment, NotKnown, value_of
-from specc.tools.why.reasons import Reasons, value_text, violation_reasons
+from specc.tools.why.reasons import Reasons, Steps, value_text, violation_reasons
 
 __all__ = [
     "Explainer",
@@ -12,6 +12,7 @@ __all__ = [
     "NotRecorded",
     "Reasons",
     "SeenStep",
+    "Steps",
     "WhyLine",
     "value_of",
     "value_text",

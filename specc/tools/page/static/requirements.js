@@ -14,18 +14,27 @@ function build() {
     const sign = html("span", { class: "sign", "aria-hidden": "true" });
     const verdict = html("button", { type: "button", class: "verdict" });
     const margin = html("span", { class: "margin" });
+    const constants = Object.entries(requirement.constants ?? {});
+    const where = constants.map(([name, text]) => `${name} = ${text}`).join(", ");
+    const reasons = html(
+      "div",
+      { class: "because reasons" },
+      ...(requirement.reasons ?? []).map((reason) => html("div", {}, reason)),
+    );
     const element = html(
       "article",
       { class: "requirement" },
       sign,
       html("div", { class: "that" }, requirement.that),
+      where ? html("div", { class: "because where" }, `where ${where}`) : null,
       html("div", { class: "judged" }, verdict, margin, placeOf(requirement.place)),
       requirement.because ? html("div", { class: "because" }, requirement.because) : null,
+      reasons,
     );
     if (!page.isFile) {
       element.append(breakpointButton({ kind: "requirement", that: requirement.that }));
     }
-    return { element, sign, verdict, margin };
+    return { element, sign, verdict, margin, reasons };
   });
   byId("requirements").hidden = rows.length === 0;
   byId("cards").classList.toggle("no-requirements", rows.length === 0);
@@ -35,10 +44,11 @@ function build() {
 
 function show() {
   let violated = 0;
-  rows.forEach(({ element, sign, verdict, margin }, place) => {
+  rows.forEach(({ element, sign, verdict, margin, reasons }, place) => {
     const found = page.shown.requirements?.[place] ?? { verdict: "unknown", margin: null };
     violated += found.verdict === "violated" ? 1 : 0;
     element.className = `requirement is-${found.verdict}`;
+    reasons.hidden = found.verdict !== "violated" || !reasons.hasChildNodes();
     setText(sign, SIGNS[found.verdict]);
     const at_s = found.time_s ?? null;
     const is_dated = found.verdict === "violated" && at_s !== null;
