@@ -64,19 +64,24 @@ def print_losses(reading: Any) -> int:
 
 def missing_spec(file: str, about: Any, command: Sequence[str]) -> Refused:
     """Why nothing is done without a specification: the file must not choose whose code runs."""
+    if not (spec := spec_here(about)):
+        name = truncate(str(about.get("spec", "")), _LONGEST) or "no file"
+        return Refused(f"{file} is of {name}, which is not here; say --spec")
+    words = shlex.join([*command, f"--spec={spec}"])
+    return Refused(
+        f"{file} is of {spec}; no recording decides which specification runs, so name it: {words}"
+    )
+
+
+def spec_here(about: Any) -> str:
+    """The file with the specification of a recording, if it is in the current folder; or empty."""
     spec = str(about.get("spec", ""))
     try:
         inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
         is_here = bool(spec) and inside and Path(spec).is_file()
     except (OSError, ValueError):  # what no file is called
         is_here = False
-    if not is_here:
-        name = truncate(spec, _LONGEST) or "no file"
-        return Refused(f"{file} is of {name}, which is not here; say --spec")
-    words = shlex.join([*command, f"--spec={spec}"])
-    return Refused(
-        f"{file} is of {spec}; no recording decides which specification runs, so name it: {words}"
-    )
+    return spec if is_here else ""
 
 
 def recorded_constants(about: Any) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 import signal
 from argparse import Namespace
 from functools import partial
@@ -17,15 +18,18 @@ from specc.cli.recordings import (
     print_losses,
     recorded_constants,
     recorded_texts,
+    spec_here,
     texts_by_path,
 )
 from specc.diagnostics import blocks
 from specc.diagnostics.phrases import join_some, truncate
+from specc.model.expr import Call, walk
 from specc.refusal import Refused, missing_package, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from specc.model.system import Subsystem
     from specc.pipeline import Result
     from specc.tools.page.recorded import RecordedRun
     from specc.tools.page.server import Server
@@ -82,6 +86,12 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
     if result is None or result.system is None:
         content = RawContent(recording)
     else:
+        if not spec and any(map(_calls_operators, result.system.subsystems)):
+            command = ["specc", "view", str(index.path), "--spec", spec_here(about) or "SPEC"]
+            notices.append(
+                "Conditions with operators are not known: a file decides on no code that is called."
+                f" Name the specification: {shlex.join(command)}"
+            )
         explainer = Explainer(
             spec or next(iter(texts)),
             result.system,
@@ -91,6 +101,14 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
         )
         content = SpecifiedContent(Description(result.system, result, assets), explainer)
     return RecordedRun(recording, content, assets)
+
+
+def _calls_operators(subsystem: Subsystem) -> bool:
+    """Whether a condition of it does."""
+    conditions = [row.condition for row in subsystem.transitions]
+    conditions += [c for state in subsystem.states for _, c in state.behaviour.endings]
+    exprs = [*(c.when for c in conditions), *(let.value for let in subsystem.lets)]
+    return any(isinstance(node, Call) for expr in exprs for node in walk(expr))
 
 
 def _losses(index: Any) -> list[str]:

@@ -117,7 +117,11 @@ def test_operators_are_not_called_without_the_own_specification(tmp_path: Path) 
     first = {**STEPS["a.c"][0], "memory": {"g": {"width": 1.0}, "c": {"type": "Cloud"}}}
     file = forged_run(tmp_path / "run.mcap", {"cell.yaml": asking}, {"a.c": [first, step]})
     text = json_text(opened(file).why("a.c", None))
-    assert "operators are not called without --spec" in text
+    assert "no operator is called" in text
+    assert opened(file).hello()["notice"] == [
+        "Conditions with operators are not known: a file decides on no code that is called. Name"
+        f" the specification: specc view {file} --spec SPEC"
+    ]
 
 
 def test_names_with_markup_are_texts_of_json(tmp_path: Path) -> None:
@@ -184,7 +188,7 @@ def test_flipped_bytes(seed: int, tmp_path: Path) -> None:
         run = opened(tmp_path / "run.mcap")
     except (Refused, Unusable):
         return
-    assert any("damaged parts left out" in notice for notice in run.hello()["notice"])
+    assert any("is damaged" in notice for notice in run.hello()["notice"])
     _all_of(run)
 
 
