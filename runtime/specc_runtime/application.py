@@ -59,7 +59,9 @@ def execute(options: Options, page: Page | None = None) -> int:
         interruption.allow(always=False)
         report = attempt.report()
         code = _write(report, files)
-    if page is None or page.restart is None:
+    if page is not None:
+        page.is_interrupted = interruption.is_signalled
+    if page is None or page.restart is None or page.is_interrupted:
         try:
             tell(report, options)
         except OSError:

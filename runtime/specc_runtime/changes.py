@@ -17,6 +17,10 @@ class Event:
 
     tick: int
 
+    def as_data(self) -> dict[str, Any]:
+        """Plain data; there may be very many in a snapshot."""
+        return {field: getattr(self, field) for field in self.__dataclass_fields__}
+
 
 E = TypeVar("E", bound=Event)
 

@@ -109,6 +109,11 @@ class Interruption:
         """Ask the run to end."""
         self.requested = True
 
+    @property
+    def is_signalled(self) -> bool:
+        """Whether a signal has asked for the end."""
+        return self._is_heard
+
     def __enter__(self) -> Interruption:
         # Python lets only the main thread handle signals; elsewhere they are somebody else's.
         if threading.current_thread() is threading.main_thread():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from specc_runtime.changes import Event, EventQueue
@@ -77,7 +77,7 @@ class LiveConstants:
 
     def saved(self) -> dict[str, Any]:
         """The values and the changes until now, as plain data."""
-        return {"values": dict(self.values), "changes": list(map(asdict, self.changes))}
+        return {"values": dict(self.values), "changes": [each.as_data() for each in self.changes]}
 
     def restore(self, saved: Mapping[str, Any]) -> list[str]:
         """Go on from there; gives what of it has no place. Raises KeyError, TypeError, ValueError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any, Literal
 
@@ -219,7 +219,8 @@ class Panel:
 
     def saved(self) -> dict[str, Any]:
         """The values and the operations until now, as plain data."""
-        return {"values": dict(self.values), "operations": list(map(asdict, self.operations))}
+        operations = [operation.as_data() for operation in self.operations]
+        return {"values": dict(self.values), "operations": operations}
 
     def restore(self, saved: Mapping[str, Any]) -> list[str]:
         """Go on from there; gives what of it has no place. Raises KeyError, TypeError, ValueError

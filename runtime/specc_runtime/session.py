@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -293,13 +292,13 @@ class Session:
             self._guarded(self._executor.finish)
             self._account.finish(self._executor.tick)
         finally:
-            if self._feed is not None:
-                self._feed.rest()
             self.interruption.allow(always=True)
             self._executor.close()
             self._last_outputs = self._executor.leave_safe()
             self._punctuality.end()
             self._over_now = True
+            if self._feed is not None:
+                self._feed.rest()
         if self._system.task is not None and self.faults and not self._complete():
             self._guarded(self._end_of_the_last_cycle)
         self._wall_s = self._clock.now_s() - self._begin_s
@@ -348,7 +347,7 @@ class Session:
     def _events(self, events: Sequence[Event]) -> list[dict[str, Any]]:
         """Entries of the report about what was changed meanwhile."""
         tick_s = self._system.tick_s
-        return [asdict(event) | {"time_s": round(event.tick * tick_s, 9)} for event in events]
+        return [event.as_data() | {"time_s": round(event.tick * tick_s, 9)} for event in events]
 
     def _other_commanders(self) -> dict[str, Any]:
         plant = self._system.plant

@@ -10,6 +10,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -68,7 +69,7 @@ class PageRuns:
             if page.begun == begun:  # it could not be run: what is shown is still the last one
                 self._options, self._past = before
             begun = page.begun
-            is_interrupted = code > 128 and page.restart is None
+            is_interrupted = page.is_interrupted or (code > 128 and page.restart is None)
             try:
                 wanted = None if is_interrupted else page.wait()
             except interruption.Terminated:
@@ -129,7 +130,8 @@ class PageRuns:
             again.resume = self._past[-1][1], wanted.from_s
         for name in ("record", "video"):  # what earlier runs have written stays
             if file := getattr(first, name):
-                setattr(again, name, file.with_stem(f"{file.stem}-{self._count + 1}"))
+                numbered = (file.with_stem(f"{file.stem}-{n}") for n in count(self._count + 1))
+                setattr(again, name, next(each for each in numbered if not each.exists()))
         return again
 
 

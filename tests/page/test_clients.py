@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import socket
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosedError
 
+from specc.tools.page.clients import _MOST_BYTES
+from specc.tools.page.live import LiveRun
+from specc.tools.page.messages import json_text
 from tests.page.fake import FakeRun, Visitor, fake_run
 
 GATE = "specs/conveyor_gate.yaml"
@@ -329,3 +333,27 @@ def test_rows_that_follow_one_another_are_counted(run: FakeRun) -> None:
             lines = visitor.ask("why", machine="gate.c", time_s=time_s)["lines"]
             past = [line["text"].strip() for line in lines if line["role"] == "past"]
             assert past == ["last transitions:", *texts]
+
+
+def test_spans_of_many_machines_are_not_too_many_for_a_browser_that_comes_late() -> None:
+    run = LiveRun("specs/architectures/syndicate.yaml", {}, lambda command: None)
+    names = list(run._description.subsystems)
+    long = "a_state_with_a_name_that_is_as_long_as_names_are"
+    for name in names:
+        run._add([[name, number / 7, f"{long}_{number % 2}", ""] for number in range(20_000)])
+    spans = run.spans()
+    assert len(names) > 15 and all(spans[name][-1][0] == 19_999 / 7 for name in names)
+    assert len(json_text(spans)) < _MOST_BYTES / 2
+
+
+def test_a_browser_that_could_not_be_told_of_the_run_does_not_control_it() -> None:
+    with fake_run(GATE, begins=False) as run:
+        run.begin(panel=[3])
+        with run.visit() as first, pytest.raises(ConnectionClosedError):
+            first.next("hello")
+        run.begin()
+        hello = None
+        while hello is None:  # the specification is read anew
+            with run.visit() as later, suppress(ConnectionClosedError):
+                hello = later.next("hello")
+        assert hello["controls"] is True

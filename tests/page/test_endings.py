@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -12,9 +13,14 @@ from pathlib import Path
 
 import pytest
 from specc_runtime import application
+from specc_runtime.companion import OutputLost
+from specc_runtime.page.feed import Feed
+from specc_runtime.recording.log import Log
+from websockets.sync.client import connect
 
 from tests.commands import ROOT
-from tests.page.fake_server import Code, FakeServer, shown, written
+from tests.page.fake_server import GATE, Code, FakeServer, Shown, shown, written
+from tests.page.runs import END_S, page_run
 
 PROGRAM = """
 import sys
@@ -77,3 +83,58 @@ def test_the_watchdog_takes_a_pause_for_progress(
         run.server.paused()
         time.sleep(1.5)
     assert "no progress" not in capfd.readouterr().err
+
+
+def test_a_run_whose_server_went_before_it_began_stops_at_no_breakpoint(gate: Code) -> None:
+    entered = {"kind": "state", "machine": "gate.c", "state": "passing"}
+    run = Shown(gate.options(duration_s=20.0))
+    run.server.send("break", breakpoints=[entered])
+    run.server.end.shutdown(socket.SHUT_RDWR)
+    while not run.page._link.is_over:
+        time.sleep(0.01)
+    run.start().join()
+    assert run.code == 0
+
+
+def test_outputs_are_safe_before_the_page_looks_for_the_last_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = written(ROOT / "specs/architectures/reactive.yaml", tmp_path)
+    report = tmp_path / "report.json"
+
+    def interrupted(self: Feed) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Feed, "rest", interrupted)
+    with shown(code, duration_s=1.0, report=report):
+        pass
+    assert json.loads(report.read_text())["last_outputs"]
+
+
+def test_a_signal_ends_a_run_that_is_to_start_again(tmp_path: Path) -> None:
+    with page_run(tmp_path, "run", GATE, "--ui", "--duration", 1000) as run:
+        origin = f"http://127.0.0.1:{run.port}"
+        cookie = {"Cookie": run.cookie}
+        with connect(f"ws{origin[4:]}/ws", origin=origin, additional_headers=cookie) as browser:
+            while json.loads(browser.recv())["type"] != "now":
+                pass
+            os.kill(run.process.pid, signal.SIGSTOP)
+            browser.send(json.dumps({"type": "restart", "from_s": None, "set": {}}))
+            time.sleep(0.3)
+            run.process.terminate()
+            os.kill(run.process.pid, signal.SIGCONT)
+            assert run.process.wait(END_S) == 128 + signal.SIGTERM
+
+
+@pytest.mark.no_replay("not complete")
+@pytest.mark.parametrize("asked_for", ["snapshots", "record"])
+def test_only_a_file_that_was_asked_for_is_missed(
+    asked_for: str, gate: Code, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: Log) -> None:
+        raise OutputLost("the disk is full")
+
+    monkeypatch.setattr(Log, "close", full)
+    with shown(gate, duration_s=1.0, **{asked_for: tmp_path / "run.mcap"}) as run:
+        run.thread.join(20)
+    assert run.code == (0 if asked_for == "snapshots" else 2)

@@ -68,7 +68,11 @@ def test_what_finds_no_room_is_lost_and_that_is_said() -> None:
 
 def test_commands_come_however_they_are_cut() -> None:
     ends = Ends()
-    text = b'{"do":"pause"}\n\n{"do":\n{"do":"caf\xc3\xa9"}\n[1,2]\nnull\n' + b"[" * 10_000 + b"\n"
+    text = (
+        b'{"do":"pause"}\n\n{"do":\n{"do":"caf\xc3\xa9"}\n[1,2]\n{"do":"\\ud800"}\n'
+        + b"[" * 10_000
+        + b"\n"
+    )
     for byte in text:
         ends.other.send(bytes([byte]))
     expected = [{"do": "pause"}, None, None, {"do": "café"}, [1, 2], None, None]

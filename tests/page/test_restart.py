@@ -221,15 +221,18 @@ def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: 
         run.ended(3)
 
 
+@pytest.mark.no_replay("no recording")
 def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
+    (tmp_path / "run-2.mcap").write_text("of an earlier command")
     with asked(GATE, "--duration", 4, "--record", file) as run:
         run.ended(1)
         bytes_before = file.read_bytes()
         run.server.send("restart", from_s=2.0, set={})
         run.ended(2)
     assert file.read_bytes() == bytes_before
-    assert (tmp_path / "run-2.mcap").exists()
+    assert (tmp_path / "run-2.mcap").read_text() == "of an earlier command"
+    assert (tmp_path / "run-3.mcap").exists()
 
 
 def test_ui_may_stand_before_the_specification() -> None:

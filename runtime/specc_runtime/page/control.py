@@ -31,7 +31,13 @@ class Control:
         self._steps: dict[str, list[StepBreak]] = {}
         self._requirements: list[RequirementBreak] = []
         self._stepping = ""
+        self._is_left = False
         self._changed = Condition()
+
+    def leave(self) -> None:
+        """Go on and never pause again: nobody is there who could let the run go on."""
+        self._is_left = True
+        self.go_on()
 
     def pause(self) -> None:
         """Stop before the next base tick."""
@@ -87,7 +93,7 @@ class Control:
 
     def _set(self, *, paused: bool) -> None:
         with self._changed:
-            self.is_paused = paused
+            self.is_paused = paused and not self._is_left
             self.version += 1
             self._changed.notify_all()
 

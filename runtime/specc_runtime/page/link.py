@@ -17,7 +17,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import SIGNALS
+from specc_runtime.recording.text import loaded
 
 Content = bytes | Callable[[], bytes]
 """A message, or what makes it in the thread of the link."""
@@ -167,6 +169,6 @@ class Link:
 def _command(line: bytes) -> Any:
     """The data of a line; None if it is none."""
     try:
-        return json.loads(line)
-    except (ValueError, RecursionError):
+        return loaded(line)  # which takes no text that could not be sent back
+    except Misshapen:
         return None

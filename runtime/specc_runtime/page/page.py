@@ -41,6 +41,8 @@ class Page:
         """`descriptor` is a socket whose other end the server has."""
         self.restart: Restart | None = None
         """The run that is asked for instead of the present one."""
+        self.is_interrupted = False
+        """Whether a signal has ended the last run, whatever was asked for."""
         self.begun = 0
         """How many runs there were."""
         self.control = Control(speed)
@@ -102,7 +104,7 @@ class Page:
         """Say why something is not done."""
         from specc_runtime.recording.text import dumped
 
-        self._link.post(dumped({"kind": "refused", "text": text}))
+        self._link.post(lambda: dumped({"kind": "refused", "text": text}))
 
     def wait(self) -> Restart | None:
         """Stay after the end of a run, until another one is asked for; None if none is."""
@@ -118,9 +120,8 @@ class Page:
         self._link.close()
 
     def _hang_up(self) -> None:
-        """The server has gone: nobody is there who could let the run go on."""
-        self.control.set_breakpoints([])
-        self.control.go_on()
+        """The server has gone."""
+        self.control.leave()
         self._wanted.set()
 
     # Commands.

@@ -11,7 +11,7 @@ from typing import Any
 
 from specc_runtime.changes import Event
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import View
+from specc_runtime.companion import OutputLost, View
 from specc_runtime.examination import shortcomings
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
@@ -69,7 +69,7 @@ class SnapshotRecorder:
         """See `Companion`."""
 
     def close(self) -> None:
-        """See `Companion`. Raises OutputLost if writing failed."""
+        """See `Companion`. Raises OutputLost if a recording is not complete."""
         if self.report is not None:
             report = self.report().as_data()
             self._finish(report)
@@ -77,7 +77,12 @@ class SnapshotRecorder:
             # Bytes of a file name that are not UTF-8 are escaped.
             shown = text.encode("utf-8", "backslashreplace").decode()
             self.log.note("report", {"report": shown})
-        self.log.close()
+        try:
+            self.log.close()
+        except OutputLost:
+            if self.is_whole:
+                raise
+            # Nobody has asked for the file: a run that starts again says that it lacks something.
 
     def _finish(self, report: dict[str, Any]) -> None:
         """Write what is known at the end."""

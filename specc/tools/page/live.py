@@ -50,8 +50,9 @@ from specc.tools.why import Explainer
 _MOST_BYTES = 64_000_000
 """Of texts of states that are kept."""
 _LONGEST_LINE = 1 << 26
-_MOST_SPANS, _MOST_MARKS = 20_000, 5_000
-"""Of a machine, and of a run, that are kept."""
+_MOST_SPANS, _MOST_MARKS = 100_000, 5_000
+"""Of all machines, and of a run, that are kept: a browser that comes late gets all of them."""
+_MOST_OF_MACHINE = 20_000
 _MOST_FOLLOWED = 16
 """Signals whose numbers are kept."""
 _NEWS = "time_s", "status", "speed", "factor", "poses"
@@ -258,6 +259,7 @@ class LiveRun:
     def _add(self, changes: list[Any]) -> dict[str, list[Any]]:
         """Note changes of states; what is new of the spans."""
         new: dict[str, list[Any]] = defaultdict(list)
+        most = min(_MOST_OF_MACHINE, _MOST_SPANS // max(1, len(self._description.subsystems)))
         for name, time_s, state, row in changes:
             spans = self._spans[str(name)]
             if not spans or spans[-1].state != state:
@@ -269,8 +271,8 @@ class LiveRun:
             elif row:
                 rows.append(RowRepeats(float(time_s), float(time_s), 1, str(row)))
             for each in (spans, rows):
-                if len(each) > _MOST_SPANS:
-                    del each[: _MOST_SPANS // 8]
+                if len(each) > most:
+                    del each[: len(each) - most + most // 8]
         return new
 
     def _mark(self, marks: list[Message], server: Server) -> None:

@@ -282,9 +282,9 @@ class Server:
         tasks = [
             asyncio.ensure_future(each) for each in (client.write(), client.answer(self._reply))
         ]
-        self._welcome(client)
-        self._tell_control()
         try:
+            self._welcome(client)
+            self._tell_control()
             async for text in connection:
                 self._read(client, text)
         finally:

@@ -157,7 +157,8 @@ function showStatus() {
 /** How fast simulated time goes: as it should, or as it does where that is slower. */
 function factorWords({ speed: wanted, factor }) {
   const is_reached = wanted !== null && (factor === null || factor > 0.9 * wanted);
-  return `× ${is_reached ? wanted : Number((factor ?? 0).toPrecision(2))}`;
+  const reached = factor === null ? "max" : Number(factor.toPrecision(2));
+  return `× ${is_reached ? wanted : reached}`;
 }
 
 function showAbout() {
