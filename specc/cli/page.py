@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from specc.cli import interruption
+from specc.diagnostics.report import Finding, brief
 from specc.refusal import Refused, reason_of
 
 _PATIENCE_S = 2.0
@@ -94,10 +95,10 @@ class PageRuns:
             self._past.append((begin_s, Path(file)))
         return self._page
 
-    def refuse(self, messages: Sequence[str]) -> None:
+    def refuse(self, findings: Sequence[Finding]) -> None:
         """Say in the page why a specification cannot be run as it asks."""
         if self._page is not None:
-            words = "; ".join(messages[:_MOST_NAMED])
+            words = "; ".join(map(brief, findings[:_MOST_NAMED]))
             self._page.refuse(f"The run cannot be started again: {words}")
 
     def _serve(self) -> None:

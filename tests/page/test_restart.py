@@ -21,6 +21,7 @@ from specc.cli import run as command
 from specc.cli.arguments import parser
 from specc.cli.page import PageRuns
 from tests.commands import ROOT
+from tests.page.fake import fake_run
 from tests.page.fake_server import GATE, FakeServer
 from tests.recording.runs import report_of
 from tests.runtime.desk import ENABLE, MODE, START, N, V
@@ -247,3 +248,35 @@ def test_a_port_is_a_number(port: str, capsys: pytest.CaptureFixture[str]) -> No
         parser().parse_args(["run", "a.yaml", f"--ui={port}"])
     assert "--ui: " in capsys.readouterr().err
     assert sys.exc_info() == (None, None, None)
+
+
+TRAY = ROOT / "specs/examples/tray_cell.yaml"
+
+
+@pytest.mark.parametrize(
+    ("constant", "words"),
+    [
+        ({"thin": "abc"}, ["thin=abc: `abc` is not there yet"]),
+        ({"thin": ""}, ["thin=: the expression is empty"]),
+        ({"thin": "0.5[m"}, ["thin=0.5[m: the bracket is not closed"]),
+        ({"nothing": "1"}, ["nothing=1: unknown constant `nothing`", "`thin`"]),
+        (
+            {"thin": "0.5[s]"},
+            ["thin=0.5[s]: `0.5[s]` is `real[s]`; expected `real[m]`", "tray_cell.yaml:16"],
+        ),
+    ],
+)
+def test_a_wrong_constant_is_refused_before_the_run_is_asked(
+    constant: dict[str, str], words: list[str]
+) -> None:
+    with fake_run(str(TRAY)) as run:
+        run.begin()
+        with run.visit() as page:
+            page.next("hello")
+            page.send("restart", from_s=1.5, set=constant)
+            text = page.next("refused")["text"]
+            assert all(each in text for each in ["is not started again", *words]), text
+            page.send("pause")
+            assert run.command("pause", "restart")["do"] == "pause"
+            page.send("restart", from_s=1.5, set={"thin": "0.012"})
+            assert run.command("restart")["set"] == {"thin": "0.012"}
