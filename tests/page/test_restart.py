@@ -280,3 +280,50 @@ def test_a_wrong_constant_is_refused_before_the_run_is_asked(
             assert run.command("pause", "restart")["do"] == "pause"
             page.send("restart", from_s=1.5, set={"thin": "0.012"})
             assert run.command("restart")["set"] == {"thin": "0.012"}
+
+
+def test_a_run_without_snapshots_goes_on_from_no_other_past() -> None:
+    """Its operators have no codec, and its first part ran with other constants."""
+    with asked(TRAY, "--duration", 1) as run:
+        server = run.server
+        run.ended(1)
+        server.send("restart", from_s=0.4, set={"thin": "0.012"})
+        run.ended(2)
+        words = [each["text"] for each in server.of("starting")]
+        assert words == ["starting again", "repeating until 0.4 s"]
+        assert server.of("begin")[-1]["begin_s"] == 0.4
+        server.send("restart", from_s=0.8, set={})
+        text = server.wait("refused")["text"]
+        assert "cannot go on from 0.8 s: it has no snapshots until then (" in text
+        assert "before 0.4 s it ran with other constants" in text
+        server.send("restart", from_s=0.2, set={"thin": "0.011"})
+        run.ended(3)
+        assert server.of("begin")[-1]["begin_s"] == 0.2
+        assert len(server.of("refused")) == 1
+
+
+def test_a_run_goes_on_from_before_its_first_own_snapshot(tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
+    with asked(GATE, "--duration", 4, "--report", report) as run:
+        run.ended(1)
+        run.server.send("restart", from_s=2.05, set={"patience": "3[s]"})
+        run.ended(2)
+        first = digest(report)
+        for number, from_s in enumerate((2.3, 2.05, 3.5), 3):
+            run.server.send("restart", from_s=from_s, set={})
+            run.ended(number)
+            assert digest(report) == first
+        assert run.server.of("refused") == []
+
+
+def test_a_second_start_is_refused_while_one_is_under_way() -> None:
+    with asked(GATE, "--duration", 2000) as run:
+        server = run.server
+        server.wait("state", lambda state: state["time_s"] > 1.0)
+        server.send("restart", from_s=None, set={})
+        server.send("restart", from_s=None, set={"patience": "3[s]"})
+        server.wait("refused", lambda refused: "a run is starting again" in refused["text"])
+        server.wait("begin", after=5)
+        server.wait("state", lambda state: state["time_s"] > 1.0, after=8)
+        server.send("restart", from_s=None, set={"patience": "3[s]"})
+        server.wait("begin", lambda begin: begin["set"] == {"patience": "3[s]"})

@@ -244,7 +244,7 @@ class LiveRun:
             case {"kind": "lost"}:
                 text = "the page could not keep up: some of what happened is missing"
                 self._mark([{"time_s": self._time_s, "kind": "lost", "text": text}], server)
-            case {"kind": "stopped" | "end" | "refused" as kind}:
+            case {"kind": "stopped" | "end" | "refused" | "starting" as kind}:
                 server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
             case _:
                 raise Refused("it is of no known kind")
@@ -304,6 +304,7 @@ class LiveRun:
             "seed": begin.get("seed"),
             "real_time": bool(begin.get("real_time")),
             "begin_s": begin.get("begin_s") or 0.0,
+            "repeats_until_s": begin.get("repeats_until_s") or 0.0,
             "end_s": None,
             "duration_s": begin.get("duration_s"),
             "notice": [],
