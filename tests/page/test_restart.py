@@ -21,8 +21,10 @@ from specc.cli import run as command
 from specc.cli.arguments import parser
 from specc.cli.page import PageRuns
 from tests.commands import ROOT
+from tests.page.browser import Page as Tab
 from tests.page.fake import fake_run
 from tests.page.fake_server import GATE, FakeServer
+from tests.page.runs import TIME, page_run
 from tests.recording.runs import report_of
 from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK
@@ -327,3 +329,31 @@ def test_a_second_start_is_refused_while_one_is_under_way() -> None:
         server.wait("state", lambda state: state["time_s"] > 1.0, after=8)
         server.send("restart", from_s=None, set={"patience": "3[s]"})
         server.wait("begin", lambda begin: begin["set"] == {"patience": "3[s]"})
+
+
+ANSWER = "(document.querySelector('#restart .answer')?.textContent ?? '')"
+THIN = "document.querySelector('#restart [aria-label=thin]')"
+START_AGAIN = "document.querySelector('#restart [value=start]').click()"
+
+
+def test_the_dialog_stays_open_until_the_run_begins(page: Tab, tmp_path: Path) -> None:
+    with page_run(tmp_path, "run", TRAY, "--ui", "--duration", 60) as run:
+        page.size(1400, 900)
+        page.open(run.url)
+        page.wait_for("document.getElementById('time')?.textContent")
+        page.wait_for(f"{TIME} > 0.5")
+        page.evaluate("document.getElementById('again').click()")
+        page.evaluate(f"{THIN}.value = 'abc'")
+        page.evaluate(START_AGAIN)
+        page.wait_for(f"{ANSWER}.includes('thin=abc')")
+        assert page.evaluate("document.getElementById('restart').open")
+        assert page.evaluate(f"{THIN}.value") == "abc"
+        before_s = page.evaluate(TIME)
+        page.wait_for(f"{TIME} > {before_s}")
+        page.evaluate(f"{THIN}.value = '0.012'")
+        page.evaluate("document.querySelector('#restart [value=here]').click()")
+        page.evaluate(START_AGAIN)
+        page.wait_for("!document.getElementById('restart').open")
+        page.wait_for(f"{TIME} > {before_s}")
+        page.wait_for("document.getElementById('status').textContent.startsWith('running')")
+        assert page.errors() == []

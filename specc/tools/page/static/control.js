@@ -250,13 +250,12 @@ function showRestart() {
   dialog.showModal();
 }
 
-/** Say in the dialog, while it is open, what comes of a start. */
-function tellStart(text, is_over) {
-  const dialog = byId("restart");
-  const start = dialog.querySelector("[value=start]");
-  if (dialog.open && start) {
-    setText(dialog.querySelector(".answer"), text);
-    start.disabled = !is_over;
+/** Say in the dialog, while it waits for a start, what comes of it. */
+function tellStart(text, is_refused) {
+  const start = byId("restart").querySelector("[value=start]");
+  if (start?.disabled) {
+    setText(byId("restart").querySelector(".answer"), text);
+    start.disabled = !is_refused;
   }
 }
 
@@ -340,13 +339,12 @@ on("starting", ({ text }) => {
   show();
 });
 on("hello", () => {
-  if (page.restarting) {
+  if (byId("restart").querySelector("[value=start]:disabled")) {
     byId("restart").close();
   }
 });
 on("refused", ({ text }) => {
-  if (page.restarting) {
-    tellStart(text, true);
-  }
+  tellStart(text, true);
+  show();
 });
 on("connection", () => !page.connected && tellStart("The connection is lost.", true));
