@@ -68,7 +68,7 @@ function showWhere() {
   const machine = page.chosen;
   if (!standing || !machine) {
     setText(where.state, page.machine);
-    setText(where.title, "has made no step yet");
+    setText(where.title, page.isFile ? "no step is known at this time" : "has made no step yet");
     setText(where.since, "");
     return;
   }
