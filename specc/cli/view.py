@@ -89,8 +89,8 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
         if not spec and any(map(_calls_operators, result.system.subsystems)):
             command = ["specc", "view", str(index.path), "--spec", spec_here(about) or "SPEC"]
             notices.append(
-                "Conditions with operators are not known: a file decides on no code that is called."
-                f" Name the specification: {shlex.join(command)}"
+                "What operators compute is not known, for a recording does not decide which code"
+                f" runs. To have them called, name the specification: {shlex.join(command)}"
             )
         explainer = Explainer(
             spec or next(iter(texts)),

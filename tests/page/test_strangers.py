@@ -117,10 +117,10 @@ def test_operators_are_not_called_without_the_own_specification(tmp_path: Path) 
     first = {**STEPS["a.c"][0], "memory": {"g": {"width": 1.0}, "c": {"type": "Cloud"}}}
     file = forged_run(tmp_path / "run.mcap", {"cell.yaml": asking}, {"a.c": [first, step]})
     text = json_text(opened(file).why("a.c", None))
-    assert "no operator is called" in text
+    assert "operators are not called" in text
     assert opened(file).hello()["notice"] == [
-        "Conditions with operators are not known: a file decides on no code that is called. Name"
-        f" the specification: specc view {file} --spec SPEC"
+        "What operators compute is not known, for a recording does not decide which code runs."
+        f" To have them called, name the specification: specc view {file} --spec SPEC"
     ]
 
 

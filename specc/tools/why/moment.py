@@ -235,7 +235,7 @@ class Moment:
     def _result(self, operator: Any, args: tuple[Value, ...]) -> Value:
         """Raises NotKnown, for no value of its type too."""
         if self._array is None:
-            raise NotKnown("no operator is called")
+            raise NotKnown("operators are not called")
         types = [type_ for _, type_ in operator.parameters]
         try:
             given = [self._argument(t, v) for t, v in zip(types, args, strict=True)]
