@@ -203,8 +203,8 @@ const KINDS = {
 function labelled(element, { control, show }, index) {
   const id = `widget-${index}`;
   const title = element.title || element.name.slice(element.name.lastIndexOf(".") + 1);
-  const key = element.key ? html("kbd", { title: "Its key with --keys" }, element.key) : null;
-  const name = html("span", { class: "label", id, title: element.name }, title, key);
+  const words = element.key ? `${element.name}; with --keys: ${element.key}` : element.name;
+  const name = html("span", { class: "label", id, title: words }, title);
   const target = control.querySelector("input:not([type=radio])") ?? control;
   target.setAttribute("aria-labelledby", id);
   const kind = element.kind ?? "number";
