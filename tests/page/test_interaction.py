@@ -204,3 +204,14 @@ def test_a_recording_opens_where_it_went_wrong(page: Page, tmp_path: Path) -> No
         assert at_s > 0
         mark = page.evaluate("document.querySelector('.mark.violation').ariaLabel")
         assert float(mark.split()[0]) == pytest.approx(at_s, abs=0.01)
+
+
+# The end of a run.
+
+
+def test_a_page_that_is_opened_after_the_end_says_how_it_ended(page: Page, tmp_path: Path) -> None:
+    with page_run(tmp_path, "run", GATE, "--ui", "--duration", 1, "--speed", "max") as run:
+        page.open(run.url)
+        page.wait_for(f"{STATUS} == 'completed, exit code 0'", END_S)
+        page.open(run.url)
+        page.wait_for(f"{STATUS} == 'completed, exit code 0'")

@@ -10,7 +10,7 @@ import pytest
 
 from tests.page.browser import Page
 from tests.page.fake import fake_run
-from tests.page.runs import page_run
+from tests.page.runs import ENDED, page_run
 
 GATE = "specs/conveyor_gate.yaml"
 SYSTEM = """\
@@ -97,7 +97,7 @@ def test_nothing_is_lit_where_no_state_is_known(page: Page, tmp_path: Path) -> N
     with page_run(tmp_path, "run", GATE, "--ui", "--duration", 2) as run:
         page.open(run.url)
         page.wait_for("document.querySelector('#states .state.lit')")
-        page.wait_for("document.getElementById('status').textContent == 'ended'")
+        page.wait_for(ENDED)
         in_page(page, "delete page.shown.states[page.machine]; emit('shown')")
         assert page.evaluate("document.querySelectorAll('#states .lit').length") == 0
 

@@ -141,17 +141,35 @@ function showStatus() {
   if (now?.status === "running" && !page.isFile) {
     words = page.hello.real_time ? "running in real time" : `running ${factorWords(now)}`;
   }
+  const ending = now?.status === "ended" && !page.isFile ? page.end : null;
+  if (ending) {
+    words = endWords(ending);
+  }
   const late = Object.entries(now?.real_time ?? {});
-  if (late.length) {
+  if (late.length && !ending) {
     const worst = Math.max(...late.map(([, { late_ms }]) => late_ms));
     words += `, ${worst.toFixed(1)} ms late`;
   }
   const state = page.connected ? (now?.status ?? "") : "lost";
   chip.className = `chip is-${page.isFile && page.connected ? "file" : state}`;
+  chip.classList.toggle("has-failed", ending?.ended === "fault");
   setText(chip, page.connected ? words : "not connected");
   chip.hidden = page.connected && !words;
-  chip.title = page.clients > 1 ? `${page.clients} pages are open` : "";
+  const faults = (ending?.report?.faults ?? []).map((one) => `${one.culprit}: ${one.message}`);
+  const pages = page.clients > 1 ? [`${page.clients} pages are open`] : [];
+  chip.title = [...faults, ...pages].join("\n");
   byId("take").hidden = page.isFile || page.controls || !page.connected;
+}
+
+/** How a run ended: `completed, 2 cycles, exit code 0`, `fault of arm.c, exit code 1`. */
+function endWords({ ended, exit_code, report }) {
+  const cycles = page.marks.filter((mark) => mark.kind === "cycle").length;
+  const culprit = ended === "fault" ? report?.faults?.[0]?.culprit : "";
+  return [
+    culprit ? `fault of ${culprit}` : ended,
+    ...(cycles ? [`${cycles} cycle${cycles > 1 ? "s" : ""}`] : []),
+    `exit code ${exit_code}`,
+  ].join(", ");
 }
 
 /** How fast simulated time goes: as it should, or as it does where that is slower. */
@@ -301,7 +319,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 on("hello", showAbout);
-on("now cursor control connection breakpoints machine", show);
+on("now end marks cursor control connection breakpoints machine", show);
 on("now", () => {
   const value = page.now.speed === null ? "max" : String(page.now.speed);
   if (!page.isFile && document.activeElement !== speed) {
