@@ -6,6 +6,8 @@ import { say } from "./notices.js";
 import { on, page } from "./state.js";
 import { jumpMark, jumpTransition, showAll, zoom } from "./timeline.js";
 
+const MOST_VALUES = 2;
+/** Of constants that were set, beside the seed. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 // Playing a recording: the page moves its cursor itself.
@@ -180,12 +182,16 @@ function factorWords({ speed: wanted, factor }) {
 }
 
 function showAbout() {
-  const { title, source, file, seed } = page.hello;
+  const { title, source, file, seed, set = {} } = page.hello;
   setText(byId("title"), title);
   document.title = `${title} – specc`;
   const chip = byId("source");
   chip.hidden = false;
-  setText(chip, source === "live" ? `live, seed ${seed}` : `${file}, seed ${seed}`);
+  const values = Object.entries(set).map(([name, text]) => `${name}=${text}`);
+  const more = values.length > MOST_VALUES ? [`${values.length - MOST_VALUES} more set`] : [];
+  const run = [source === "live" ? "live" : file, `seed ${seed}`];
+  setText(chip, [...run, ...values.slice(0, MOST_VALUES), ...more].join(", "));
+  chip.title = [...run, ...values].join("\n");
   show();
 }
 
