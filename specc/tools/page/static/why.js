@@ -54,6 +54,9 @@ function askInTime() {
   }
 }
 
+/** After the last moment of a run, which perhaps came too soon after the one before. */
+const askLast = debounce(askInTime, BETWEEN_MS + REST_MS);
+
 // Where it was in the step that the reasons are of.
 
 const where = {
@@ -245,6 +248,9 @@ function build(lines) {
 
 on("why", (message) => {
   if (asking.answers(message) && message.machine === page.machine) {
+    if (page.cursor === null) {
+      asked = `${message.machine} ${message.time_s}`; // the present has gone on perhaps
+    }
     show(message);
   }
 });
@@ -256,4 +262,7 @@ on("machine hello", () => {
   showWhere();
   ask();
 });
-on("shown", askInTime);
+on("shown", () => {
+  askInTime();
+  askLast();
+});
