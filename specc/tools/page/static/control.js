@@ -1,10 +1,10 @@
 /** Control of the run, or of playing a recording: buttons, keys, and starting again. */
 
 import { showBreakpoints } from "./breakpoints.js";
-import { button, byId, html, seconds, setText } from "./dom.js";
+import { button, byId, html, seconds, setText, svg } from "./dom.js";
 import { say } from "./notices.js";
 import { on, page } from "./state.js";
-import { jumpMark, jumpTransition, showAll, zoom } from "./timeline.js";
+import { jumpMark, jumpTransition, SHAPES, showAll, zoom } from "./timeline.js";
 
 const MOST_VALUES = 2;
 /** Of constants that were set, beside the seed. */
@@ -274,19 +274,40 @@ const KEYS = [
   ["← →", "on a state: through the rows that leave it; Escape: back"],
   ["Escape", "leave an enlarged card"],
 ];
+const OTHERS = [
+  ["Speed", "simulated seconds in a second; max: as fast as it can"],
+  ["Start again", "from the beginning or from the time shown, with other constants if wanted"],
+  ["Panel", "Space or Enter press its buttons; a hold button is on only while it is held"],
+];
+const MARKS = [
+  ["fault", "a fault"],
+  ["violation", "a requirement is violated"],
+  ["disturbance", "a disturbance of the task"],
+  ["change", "a live constant was changed, or the panel operated"],
+  ["cycle", "a cycle has ended"],
+  ["break", "the run stopped at a breakpoint"],
+];
+
+function markSign(kind) {
+  const path = svg("path", { d: SHAPES[kind] });
+  const sign = svg("g", { class: `mark ${kind}` }, path);
+  return svg("svg", { width: 16, height: 16, viewBox: "-8 -8 16 16", "aria-hidden": "true" }, sign);
+}
+
+function entries(pairs) {
+  const items = pairs.flatMap(([sign, words]) => [html("dt", {}, sign), html("dd", {}, words)]);
+  return html("dl", { class: "keys" }, ...items);
+}
 
 function showHelp() {
   const dialog = byId("help");
   dialog.replaceChildren(
     html("h2", { id: "help-title" }, "Keys"),
-    html(
-      "dl",
-      { class: "keys" },
-      ...KEYS.flatMap(([key, words]) => [
-        html("dt", {}, html("kbd", {}, key)),
-        html("dd", {}, words),
-      ]),
-    ),
+    entries(KEYS.map(([key, words]) => [html("kbd", {}, key), words])),
+    html("h3", {}, "Buttons and the panel"),
+    entries(OTHERS),
+    html("h3", {}, "Marks of the timeline"),
+    entries(MARKS.map(([kind, words]) => [markSign(kind), words])),
     html("form", { method: "dialog", class: "ends" }, html("button", {}, "Close")),
   );
   dialog.showModal();
