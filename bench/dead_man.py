@@ -132,7 +132,10 @@ def _once(run: _Run, number: signal.Signals, random: Random) -> tuple[float, boo
 
         def obey() -> None:
             while data := os.read(signs, 1):
-                (panel.hold if data == b"h" else panel.release)(ENABLE)
+                if data == b"h":
+                    panel.hold(ENABLE, time.perf_counter())
+                else:
+                    panel.release(ENABLE)
                 last_s[0] = time.perf_counter()
 
         reader = threading.Thread(target=obey)

@@ -17,6 +17,8 @@ PanelValue = bool | float | str
 
 DEAD_MAN_S = 0.2
 """Wall time after its last sign of life in which a button that is held stays pressed."""
+LATEST_S = 0.5
+"""Wall time that a sign of life may be on its way; a paused run shows its time every 0.25 s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +131,11 @@ class Panel:
         self.requests[name] = valid = element.checked(value)
         self._queue.ask(Operation(tick, name, valid, by))
 
-    def hold(self, name: str) -> None:
+    def hold(self, name: str, seen_s: float) -> None:
         """A sign of life of a button that is held in the page, which presses it if it is not.
+
+        `seen_s` is the newest time of the run's clock that the page knew when it sent the sign. One
+        that waited longer than `LATEST_S` on its way, as in a server that was stopped, is none.
 
         `DEAD_MAN_S` after the last sign the button is released. From then on there has to be a
         `release` before it can be pressed again: signs that come late press nothing.
@@ -139,7 +144,7 @@ class Panel:
         """
         self._button(name)
         with self._lock:
-            if name in self._locked:
+            if name in self._locked or self._clock.now_s() - seen_s > LATEST_S:
                 return
             if name not in self._signs:
                 self._queue.ask(Operation(0, name, True, PAGE))

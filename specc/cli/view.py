@@ -12,7 +12,6 @@ from specc.cli import streams
 from specc.cli.recordings import (
     DIFFERS,
     call_runtime,
-    loss_words,
     print_losses,
     recorded_constants,
     recorded_texts,
@@ -71,7 +70,7 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
 
     def all_notices() -> list[str]:
         until = f"it is still being read, until {index.end_s:.6g} s by now"
-        return [*loss_words(index.reading), *notices, *([] if index.is_whole else [until])]
+        return [*_losses(index), *notices, *([] if index.is_whole else [until])]
 
     recording = Recording(index, about, call_runtime, all_notices, spec)
     assets = AssetShelf()
@@ -88,6 +87,15 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
         )
         content = SpecifiedContent(Description(result.system, result, assets), explainer)
     return RecordedRun(recording, content, assets)
+
+
+def _losses(index: Any) -> list[str]:
+    """What of a recording is not there any more, in words."""
+    reading, words = index.reading, list[str]()
+    if reading.damaged:
+        parts = "one part" if reading.damaged == 1 else f"{reading.damaged} parts"
+        words.append(f"The recording is damaged: {parts} of it cannot be read")
+    return words + ([f"The recording was cut after {index.end_s:.6g} s"] if reading.cut else [])
 
 
 def _read_texts(

@@ -78,12 +78,13 @@ def forged_run(
     steps: Mapping[str, list[Mapping[str, Any]]],
     *,
     report: Any = None,
+    is_chunked: bool = True,
     others: Mapping[tuple[str, str], list[Any]] | None = None,
     **about: str,
 ) -> Path:
     """A recording as a stranger might make it: steps of subsystems, and other messages."""
     with file.open("wb") as out:
-        writer = Writer(out)
+        writer = Writer(out, use_chunking=is_chunked)
         writer.start()
         told = {"format": "1", "set": "{}", "spec": next(iter(texts), ""), "exact": "true"}
         writer.add_metadata("specc", told | about)

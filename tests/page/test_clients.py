@@ -95,7 +95,7 @@ def test_commands_reach_the_run_as_they_are(run: FakeRun) -> None:
         {"type": "set", "name": "cruise", "value": 0.25},
         {"type": "panel", "name": "desk.R.buttons.mode", "value": "auto"},
         {"type": "panel", "name": "desk.R.buttons.stop", "value": True},
-        {"type": "hold", "name": "desk.R.buttons.enable"},
+        {"type": "hold", "name": "desk.R.buttons.enable", "wall_s": 1.5},
         {"type": "release", "name": "desk.R.buttons.enable"},
         {"type": "restart", "from_s": 1.5, "set": {"cruise": "0.3[rad/s]"}},
         {"type": "restart", "from_s": None, "set": {}},
@@ -259,7 +259,8 @@ def test_a_browser_that_comes_late_gets_the_past(run: FakeRun) -> None:
 
 
 def test_a_state_without_steps_says_only_what_is_new(run: FakeRun) -> None:
-    news = {"time_s": 2.05, "status": "running", "speed": 1.0, "factor": 0.9, "poses": [[1.0] * 7]}
+    news = {"time_s": 2.05, "wall_s": 7.5, "status": "running", "speed": 1.0, "factor": 0.9}
+    news["poses"] = [[1.0] * 7]
     run.state(2.0, live={"cruise": 3.0})
     with run.visit() as visitor:
         visitor.next("now")

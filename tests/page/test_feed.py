@@ -113,7 +113,7 @@ def test_what_moves_comes_more_often_than_the_rest(gate: Code) -> None:
         run.thread.join()
     states, whole = run.server.of("state"), run.server.whole()
     assert len(states) > 1.3 * len(whole)
-    moving = {"kind", "time_s", "status", "speed", "factor", "poses"}
+    moving = {"kind", "time_s", "wall_s", "status", "speed", "factor", "poses"}
     for state in states:
         assert set(state) == moving or state in whole
         assert state in whole or state["status"] == "running"

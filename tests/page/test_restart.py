@@ -161,7 +161,7 @@ def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
         server.send("panel", name=N, value=3)
         server.send("panel", name=START, value=True)
         for _ in range(5):
-            server.send("hold", name=ENABLE)
+            server.send("hold", name=ENABLE, wall_s=time.perf_counter())
             time.sleep(0.03)
         held = server.wait("state", lambda state: state.get("panel", {}).get(ENABLE))
         assert (held["panel"][MODE], held["panel"][N]) == ("auto", 3)
@@ -171,7 +171,8 @@ def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
             {"do": "panel", "name": V, "value": 1e9},
             {"do": "panel", "name": V},
             {"do": "panel", "name": ENABLE, "value": True},
-            {"do": "hold", "name": START},
+            {"do": "hold", "name": START, "wall_s": 0.0},
+            {"do": "hold", "name": ENABLE},
             {"do": "release", "name": "nothing"},
         ):
             server.send(**wrong)

@@ -16,6 +16,7 @@ import pytest
 from specc_runtime.recording.index import Index
 
 from specc.cli.view import recorded_run
+from specc.tools.page.recorded import RecordedRun
 from tests.commands import ROOT, specc
 from tests.page.browser import Page
 from tests.page.recordings import KEPT, forged_run, opened, served, why_text
@@ -109,13 +110,6 @@ def test_values_at_a_moment_are_those_of_the_message(recorded: tuple[Path, Path]
     assert checked > MOMENTS
 
 
-def _decided_s(file: Path) -> float:
-    """When it was decided that the first requirement is violated."""
-    found = messages(file)["/requirements"]
-    violated = (r for r, data in found if data["requirements"][0]["verdict"] == "violated")
-    return float(next(violated).log_time) / 1e9
-
-
 def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     spec = _changed(tmp_path, (MOVING, "always(state(gate.c) != opening)"))
     file, report_file = tmp_path / "run.mcap", tmp_path / "report.json"
@@ -124,11 +118,9 @@ def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     run = opened(file)
     since_s = report[0]["time_s"]
     assert report[0]["verdict"] == "violated" and 0 < since_s < 4
-    decided_s = _decided_s(file)
-    assert since_s <= decided_s <= since_s + 0.1
-    for time_s in (*_moments(4, 4.0), decided_s - 0.01, decided_s, None):
+    for time_s in (*_moments(4, 4.0), since_s - 0.01, since_s, None):
         first, second = run.moment(time_s, [])["requirements"]
-        is_violated = time_s is None or time_s >= decided_s
+        is_violated = time_s is None or time_s >= since_s
         assert first["verdict"] == ("violated" if is_violated else "holds"), time_s
         assert first["time_s"] == (since_s if is_violated else None)
         assert second["verdict"] in ("holds", "open")
@@ -137,20 +129,29 @@ def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     assert [each["verdict"] for each in last] == [final[each["verdict"]] for each in report]
     marks = [m for m in run.marks() if m["kind"] == "violation"]
     assert marks == [{"time_s": since_s, "kind": "violation", "text": report[0]["that"]}]
+    _marks_and_verdicts_agree(run)
 
 
-def test_a_requirement_is_violated_once_that_is_decided(tmp_path: Path) -> None:
+def test_a_requirement_is_violated_where_its_mark_is(tmp_path: Path) -> None:
     spec = _changed(tmp_path, (MOVING, "within(2[s], state(gate.c) == opening)"))
     file = tmp_path / "run.mcap"
     specc("run", spec, "--duration", 4, "--record", file)
-    run = opened(file)
-    decided_s = _decided_s(file)
-    assert 2.0 <= decided_s <= 2.1
-    for time_s in (0.0, *_moments(5, 4.0), decided_s - 0.01, decided_s, None):
-        first = run.moment(time_s, [])["requirements"][0]
-        is_decided = time_s is None or time_s >= decided_s
-        assert first["verdict"] == ("violated" if is_decided else "open"), time_s
-        assert first["time_s"] == (0.0 if is_decided else None)
+    _marks_and_verdicts_agree(opened(file))
+    assert opened(file).moment(0.5, [])["requirements"][0]["time_s"] == 0.0
+
+
+def _marks_and_verdicts_agree(run: RecordedRun) -> None:
+    """Of each requirement, at the mark of its violation and just before it."""
+    marks = {mark["text"]: mark["time_s"] for mark in run.marks() if mark["kind"] == "violation"}
+    assert marks
+    for number, each in enumerate(run.hello()["requirements"]):
+        since_s = marks.get(each["that"], math.inf)
+        for time_s in (0.0, since_s - 0.01, since_s, since_s + 0.01, run.hello()["end_s"]):
+            if 0 <= time_s < math.inf:
+                found = run.moment(time_s, [])["requirements"][number]
+                expected = time_s >= since_s
+                assert (found["verdict"] == "violated") is expected, (each, time_s)
+                assert found["time_s"] == (since_s if expected else None)
 
 
 def test_verdicts_of_files_without_them_over_time() -> None:
@@ -248,7 +249,79 @@ def test_damaged_and_cut_files_have_a_notice_and_exit_code_3(how: str, tmp_path:
         hello = browser.next("hello")
         assert any(how in notice for notice in hello["notice"])
         moment = browser.ask("look", time_s=hello["end_s"] / 2)
-        assert set(moment["states"]) == {m["name"] for m in hello["machines"]}
+        names = {m["name"] for m in hello["machines"]}
+        assert set(moment["states"]) == (set() if how == "damaged" else names)
+        name = min(names)
+        lines = browser.ask("why", machine=name, time_s=hello["end_s"] / 2)["lines"]
+        assert ("are lost" in lines[0]["text"]) is (how == "damaged")
+
+
+def _violated(tmp_path: Path) -> Path:
+    """A recording in which the second requirement is violated at 1.5 s."""
+    file = tmp_path / "gate.mcap"
+    done = specc("run", CONVEYOR, "--set", "patience=0.5", "--duration", 6, "--record", file)
+    assert "violated" in done.stderr + done.stdout
+    return file
+
+
+def test_a_cut_file_ends_with_its_last_step(tmp_path: Path) -> None:
+    """Cut anywhere, it says no more than what is in its messages, and no less."""
+    data, whole = _violated(tmp_path).read_bytes(), opened(tmp_path / "gate.mcap")
+    reports = 0
+    for share in (0.3, 0.5, 0.7, 0.9):
+        file = tmp_path / "cut.mcap"
+        file.write_bytes(data[: int(share * len(data))])
+        run, machines = opened(file), Index(file).machines.values()
+        last_s, end_s = max(each.last_s for each in machines), run.hello()["end_s"]
+        assert end_s == last_s == run.now()["time_s"] < whole.hello()["end_s"] or share == 0.9
+        assert run.hello()["notice"][0] == f"The recording was cut after {end_s:.6g} s"
+        assert all(own[-1][1] == pytest.approx(end_s, abs=0.05) for own in run.spans().values())
+        assert all(mark["time_s"] <= end_s for mark in run.marks())
+        assert run.moment(end_s + 3, [])["time_s"] == end_s
+        assert run.moment(end_s - 0.2, None)["states"] == whole.moment(end_s - 0.2, None)["states"]
+        reports += bool(Index(file).report) and share < 0.9
+        if end_s > 2.1:
+            _marks_and_verdicts_agree(run)
+            shown = run.moment(1.5, [])["requirements"][1]
+            assert shown == whole.moment(1.5, [])["requirements"][1]
+    assert reports == 0, "the report was written before the steps"
+
+
+def test_a_cut_file_with_a_report_ends_with_its_last_step(tmp_path: Path) -> None:
+    """Older runs wrote the report before steps that waited."""
+    report = {"simulated_s": 9.0, "requirements": [
+        {"that": "a", "verdict": "violated", "time_s": 0.1}, {"that": "b", "verdict": "met"},
+        {"that": "c", "verdict": "violated", "time_s": 5.0}]}  # fmt: skip
+    verdicts = [{"verdict": "holds"}, {"verdict": "open"}, {"verdict": "holds"}]
+    others = {("/requirements", "specc.Requirements"): [{"requirements": verdicts}]}
+    steps = {"a.c": [{"state": "s"}, *[{"before": "s", "state": "s"}] * 3]}
+    file = tmp_path / "run.mcap"
+    forged_run(file, {}, steps, report=report, others=others, is_chunked=False)
+    assert opened(file).hello()["end_s"] == 9.0
+    data = file.read_bytes()
+    text = json.dumps(report).encode()
+    file.write_bytes(data[: data.index(text) + len(text)])
+    run = opened(file)
+    assert run.hello()["end_s"] == pytest.approx(0.3)
+    assert [mark["text"] for mark in run.marks()] == ["a"]
+    found = [each["verdict"] for each in run.moment(None, [])["requirements"]]
+    assert found == ["violated", "open", "holds"]
+
+
+def test_what_is_lost_within_a_file_is_a_gap(tmp_path: Path) -> None:
+    file = tmp_path / "damaged.mcap"
+    _damaged_at(3.0, file)
+    run, spans = opened(file), opened(file).spans()
+    assert run.hello()["notice"] == ["The recording is damaged: 3 parts of it cannot be read"]
+    for name, own in spans.items():
+        ((begin_s, end_s),) = [(a[1], b[0]) for a, b in pairwise(own) if a[1] < b[0]]
+        assert begin_s < 3.0 < end_s
+        for time_s, is_known in ((begin_s, True), (3.0, False), (end_s - 0.001, False),
+                                 (end_s, True)):  # fmt: skip
+            moment = run.moment(time_s, None)
+            assert (name in moment["states"]) is is_known, (name, time_s)
+        values = run.moment(3.0, None)["values"]
+        assert not values.get(name)
 
 
 @pytest.mark.parametrize(
@@ -334,7 +407,7 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
     (tmp_path / "run.mcap").write_bytes(KEPT.read_bytes()[:100_000])
     with served(tmp_path / "run.mcap", code=3) as run:
         page.open(run.url)
-        page.wait_for("document.querySelector('#notices')?.innerText.includes('it was cut after')")
+        page.wait_for("document.querySelector('#notices')?.innerText.includes('was cut after')")
         assert page.errors() == []
 
 

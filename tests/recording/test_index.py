@@ -127,7 +127,7 @@ def test_spans_are_those_of_a_plot() -> None:
     found = [
         f"{begin_s:.9g},{end_s:.9g},{name},{names[state]}"
         for name, changes in index.machines.items()
-        for begin_s, end_s, state in changes.spans(index.end_s)
+        for begin_s, end_s, state in index.spans(changes)
         if len(set(changes.states)) > 1
     ]
     assert sorted(found) == sorted(lines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from specc_runtime.cycle import Executor
 from specc_runtime.environment import open_plant
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
-from specc_runtime.panel import DEAD_MAN_S
+from specc_runtime.panel import DEAD_MAN_S, LATEST_S
 from specc_runtime.processes.worker import Processes
 from specc_runtime.recording.replay import replay
 from specc_runtime.records import RecordDigest, StepRecord
@@ -177,7 +178,7 @@ def test_a_wrong_operation_is_refused(package: Path, name: str, value: Any, why:
 def test_only_what_is_held_gives_signs_of_life(package: Path) -> None:
     with Run(package) as run:
         panel = run.executor.panel
-        for call in (panel.hold, panel.release):
+        for call in (lambda name: panel.hold(name, 0.0), panel.release):
             with pytest.raises(ValueError, match="is no button that is held"):
                 call(START)
         with pytest.raises(ValueError, match="has to be held"):
@@ -200,13 +201,15 @@ def hold_at_random(package: Path, random_: random.Random) -> None:
         panel = run.executor.panel
         for tick in range(300):
             clock.wait(random_.choice((0.0, 0.01, 0.05, 0.05, 0.19, 0.21)))
-            does = random_.choice((panel.hold,) * 6 + (panel.release, None))
-            if does is not None:
-                does(ENABLE)
-            if does == panel.release:
+            does = random_.choice(("hold",) * 6 + ("release", ""))
+            waited_s = random_.choice((0.0, 0.1, LATEST_S - 0.01, LATEST_S + 0.01, 3.0))
+            if does == "release":
+                panel.release(ENABLE)
                 held = lapsed = False
-            elif does == panel.hold and not lapsed:
-                held, sign_s = True, clock.time_s
+            elif does == "hold":
+                panel.hold(ENABLE, clock.time_s - waited_s)
+                if waited_s <= LATEST_S and not lapsed:
+                    held, sign_s = True, clock.time_s
             clock.wait(random_.choice((0.0, 0.1, 0.21)))
             if held and clock.time_s - sign_s > DEAD_MAN_S:
                 held, lapsed = False, True
@@ -238,7 +241,7 @@ class Operator:
 def operate(session: Session, name: str, value: Any) -> None:
     """As a program does, or as a page if it is `hold` or `release`."""
     if value == "hold":
-        session.panel.hold(name)
+        session.panel.hold(name, time.perf_counter())
     elif value == "release":
         session.panel.release(name)
     else:

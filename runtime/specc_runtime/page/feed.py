@@ -346,6 +346,7 @@ class Feed:
         state = {
             "kind": "state",
             "time_s": run.time_s,
+            "wall_s": now_s,  # which signs of life send back
             "status": status,
             "speed": self._control.speed,
             "factor": self._factor,

@@ -186,7 +186,7 @@ class Page:
         self._panel_of_run().operate(text_of(command, "name"), command.get("value"), PAGE)
 
     def _hold(self, command: Any) -> None:
-        self._panel_of_run().hold(text_of(command, "name"))
+        self._panel_of_run().hold(text_of(command, "name"), _number(command, "wall_s"))
 
     def _release(self, command: Any) -> None:
         self._panel_of_run().release(text_of(command, "name"))

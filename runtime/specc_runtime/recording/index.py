@@ -110,6 +110,8 @@ class Changes:
     gap_stamps: array[int] = field(default_factory=lambda: array("Q"))
     before_gaps_s: array[float] = field(default_factory=lambda: array("d"))
     last_s: float = -inf
+    step_s: float = 0.0
+    """Simulated time from the last step but one to the last one."""
     _stamp: int = -2
 
     def since_s(self, number: int) -> float | None:
@@ -126,7 +128,7 @@ class Changes:
                     yield begin_s, gaps.get(time_s, time_s), state
                 begin_s, state = time_s, number
         if state >= 0:
-            yield begin_s, max(self.last_s, end_s), state
+            yield begin_s, end_s, state
 
     def take(self, time_s: float, begun: Beginning, names: Names, budget: Budget) -> None:
         """Note the next step. Raises Misshapen, and Unusable."""
@@ -138,6 +140,8 @@ class Changes:
             self.gaps_s.append(time_s)
             self.gap_stamps.append(begun.stamp)
             budget.keep(_OF_CHANGE)
+        else:
+            self.step_s = time_s - self.last_s
         self._stamp, self.last_s = begun.stamp, time_s
         state = names.number(begun.state, budget)
         if begun.row != -1 or not begun.before:
@@ -178,6 +182,7 @@ class Index:
         self._channels: dict[int, tuple[Topic, Changes | None] | None] = {}
         self._file: IO[bytes] | None = None
         self._records = self.reading.placed()
+        self._reported_s: float | None = None
         self.is_whole = False
         """Whether all of the file is read."""
         self.read(for_s)
@@ -191,13 +196,39 @@ class Index:
             if monotonic() > end_s:
                 return
         self.is_whole = True
+        self.end_s = self.reading.end_s(self.end_s, self._reported_s)
+
+    def spans(self, changes: Changes) -> Iterator[tuple[float, float, int]]:
+        """The spans of a machine until the end, or until its own last step if that is lost."""
+        lost_from_s = changes.last_s + changes.step_s if self.has_losses else inf
+        return changes.spans(max(changes.last_s, min(self.end_s, lost_from_s)))
+
+    def lost_at(self, name: str, time_s: float) -> tuple[float, float | None] | None:
+        """The last step before and the first one after steps of a machine that are lost then.
+
+        None if the last step until then is that of the moment. There is no step after the end.
+        """
+        changes = self.machines[name]
+        gap = bisect_right(changes.gaps_s, time_s + EARLIER_S)
+        is_last = gap == len(changes.gaps_s)
+        if gap == 0 or (is_last and not self.has_losses):
+            return None
+        before_s = changes.last_s if is_last else changes.before_gaps_s[gap]
+        if time_s < before_s + changes.step_s + EARLIER_S:
+            return None
+        return before_s, None if is_last else changes.gaps_s[gap]
+
+    @property
+    def has_losses(self) -> bool:
+        """Whether parts of the file are lost, among them perhaps its end."""
+        return bool(self.reading.cut or self.reading.damaged)
 
     # The pass over the file.
 
     def _take(self, place: int, record: McapRecord) -> None:
         reading = self.reading
         if isinstance(record, Metadata) and record.name == "report":
-            self.end_s = max(self.end_s, simulated_s(record.metadata) or 0.0)
+            self._reported_s = simulated_s(record.metadata)
             self.report = report_of(record.metadata)
         elif isinstance(record, Schema | Channel):
             self._form(record)

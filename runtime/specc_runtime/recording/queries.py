@@ -5,7 +5,7 @@ Files come from strangers: what is not as a run writes it is left out, or raises
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice, zip_longest
 from math import inf
@@ -80,13 +80,19 @@ def window(
         return [(time_s, loaded(text)) for time_s, text in texts]
 
 
-def marks(index: Index) -> list[dict[str, Any]]:
-    """What happened, each with `time_s`, `kind` and `text`, in the order of time."""
-    found = [*islice(_marks(index), _MOST_MARKS)]
-    return sorted(found, key=lambda mark: float(mark["time_s"]))
+def marks(index: Index, required: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """What happened, each with `time_s`, `kind` and `text`, in the order of time.
+
+    `required` are the texts of the requirements, for a file without a report.
+    """
+    found = [*islice(_marks(index, required), _MOST_MARKS)]
+    until_s = index.end_s + EARLIER_S  # a report may be there although its last steps are lost
+    return sorted(
+        (mark for mark in found if mark["time_s"] <= until_s), key=lambda m: float(m["time_s"])
+    )
 
 
-def _marks(index: Index) -> Iterator[dict[str, Any]]:
+def _marks(index: Index, required: Sequence[str]) -> Iterator[dict[str, Any]]:
     report = index.report
     faults = [
         (time_s, f"{entry['culprit'][:_LONGEST]}: {entry['message']}")
@@ -94,9 +100,10 @@ def _marks(index: Index) -> Iterator[dict[str, Any]]:
     ]
     for time_s, text in faults or index.faults:
         yield _mark(time_s, "fault", text)
-    for time_s, entry in entries_of(report, "requirements", ("that", "verdict")):
-        if entry["verdict"] == "violated":
-            yield _mark(time_s, "violation", entry["that"])
+    for number, final in enumerate(_final(index)):
+        if final["verdict"] == "violated" and final["time_s"] is not None:
+            names = [final["that"], *required[number : number + 1], f"requirement {number + 1}"]
+            yield _mark(final["time_s"], "violation", next(filter(None, names)))
     for time_s, entry in entries_of(report, "disturbances", ("because",), "began_s"):
         times = entry.get("times")
         more = f" ({times} times)" if type(times) is int and times > 1 else ""
@@ -141,28 +148,45 @@ def observed_at(index: Index, time_s: float) -> dict[str, Any]:
 def requirements_at(index: Index, time_s: float) -> list[dict[str, Any]]:
     """`verdict`, `margin` and `time_s` of each requirement until then. Raises Unusable.
 
-    It is violated once that is decided, as the verdicts over time say. Of a recording without them
-    the report tells the first moment that makes the verdict.
+    What is violated in the end is violated from the first moment on that makes it so, as the marks
+    say. Before, and of what is not violated, the verdicts over time tell how it was.
     """
-    data = _data(index, REQUIREMENTS, time_s)
-    during = data.get("requirements") if isinstance(data, dict) else None
-    verdicts = during if isinstance(during, list) else []
-    entries = index.report.get("requirements")
-    reported = entries if isinstance(entries, list) else []
-    has_verdicts, is_over = REQUIREMENTS in index.topics, index.end_s <= time_s + EARLIER_S
+    is_over = index.end_s <= time_s + EARLIER_S
     found = []
-    for entry, verdict in zip_longest(reported, verdicts):
-        is_final = is_over or (not has_verdicts and _is_violated(entry, time_s))
-        so_far = entry if is_final and entry is not None else verdict
-        found.append(_verdict(so_far) if so_far is not None else dict(_OPEN))
+    for final, then in zip_longest(_final(index), _during(index, time_s)):
+        is_final = is_over or (final is not None and _is_violated(final, time_s))
+        found.append(_verdict(final if final and is_final else then or _OPEN))
     return found
 
 
-def _is_violated(entry: Any, time_s: float) -> bool:
-    """Whether a requirement is violated by then, as the report says."""
-    final = _verdict(entry)
-    since_s = final["time_s"]
-    return final["verdict"] == "violated" and since_s is not None and since_s <= time_s + EARLIER_S
+def _final(index: Index) -> list[dict[str, Any]]:
+    """The verdict of each requirement as far as the file goes, with its text if that is known.
+
+    The report says it, and without one, or where the last steps are lost, the last message does.
+    """
+    entries = index.report.get("requirements")
+    reported = entries if isinstance(entries, list) else []
+    found = []
+    for entry, last in zip_longest(reported, _during(index, index.end_s)):
+        final = entry if isinstance(entry, dict) else {}
+        is_known = not index.has_losses or _is_violated(final, index.end_s)
+        source = final if final and is_known else last
+        found.append({**_verdict(source or _OPEN), "that": str(final.get("that", ""))})
+    return found
+
+
+def _is_violated(verdict: Mapping[str, Any], time_s: float) -> bool:
+    """Whether that is a requirement that is violated by then."""
+    since_s = _number(verdict.get("time_s"))
+    is_violated = verdict.get("verdict") == "violated"
+    return is_violated and since_s is not None and since_s <= time_s + EARLIER_S
+
+
+def _during(index: Index, time_s: float) -> list[Any]:
+    """The verdicts over time, as they were then; empty for a recording without them."""
+    data = _data(index, REQUIREMENTS, time_s)
+    verdicts = data.get("requirements") if isinstance(data, dict) else None
+    return verdicts if isinstance(verdicts, list) else []
 
 
 def _verdict(data: Any) -> dict[str, Any]:

@@ -68,6 +68,13 @@ class RecordFile:
         self.budget = budget or Budget(path)
         self._unwanted: set[int] = set()
 
+    def end_s(self, last_s: float, reported_s: float | None) -> float:
+        """The end of a file that is read: of its run, or of its last step if parts of it are lost.
+
+        The report of a run may be there although its last steps are lost.
+        """
+        return last_s if self.cut or self.damaged else max(last_s, reported_s or 0.0)
+
     def __iter__(self) -> Iterator[McapRecord]:
         """Schemas, channels, messages, metadata and attachments. Raises Unusable."""
         for _, record in self.placed():

@@ -76,6 +76,7 @@ class SnapshotRecorder:
             text = json.dumps(report, ensure_ascii=False, allow_nan=False)
             # Bytes of a file name that are not UTF-8 are escaped.
             shown = text.encode("utf-8", "backslashreplace").decode()
+            self.log.flush()  # the report comes after all steps, also in a file that is cut later
             self.log.note("report", {"report": shown})
         try:
             self.log.close()

@@ -288,7 +288,7 @@ def _last_before(file: Path, until_s: float) -> Snapshot:
     reading = RecordFile(file, {SNAPSHOTS}, budget)
     report: dict[str, str] = {}
     latest = _last(_texts(reading, until_s, report), budget.most_bytes)
-    end_s = max(reading.last_s, simulated_s(report) or 0.0)
+    end_s = reading.end_s(reading.last_s, simulated_s(report))
     if until_s > end_s + _EARLIER_S:
         raise UsageError(f"{file} ends at {end_s:g} s, before {until_s:g} s")
     tries = _MOST_TRIES

@@ -127,7 +127,7 @@ def traces(file: Path, wanted: Mapping[str, Sequence[Wanted]], reading: RecordFi
             raise Unusable(f"{file}: {topic} at {at_s:.12g} s: {error}") from None
     if found.begin_s > found.end_s:
         raise Unusable(f"{file} has no steps")
-    found.end_s = max(found.end_s, simulated_s(shelf.report) or 0.0)
+    found.end_s = reading.end_s(found.end_s, simulated_s(shelf.report))
     for line in found.lines.values():
         line.finish(found.end_s)
     _take_report(found, shelf)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
+from specc.diagnostics.visible import visible
 from specc.lang.show import show
 from specc.model.expr import Live
 from specc.model.fsm import State
@@ -157,13 +158,13 @@ class Description:
         }
 
     def _drawn_later(self, picture: MachinePicture | StructurePicture) -> str:
-        """The URL of a picture, which Graphviz draws when it is asked for, if it can."""
+        """The URL of a picture, which Graphviz draws when it is asked for; or of why it cannot."""
 
-        def draw() -> Asset | None:
+        def draw() -> Asset:
             try:
                 return Asset(_SVG, picture.svg.encode())
-            except Refused:
-                return None
+            except Refused as refused:
+                return Asset("text/plain; charset=utf-8", visible(str(refused)).encode())
 
         return self._assets.add(draw)
 

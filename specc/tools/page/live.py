@@ -55,7 +55,7 @@ _MOST_SPANS, _MOST_MARKS = 100_000, 5_000
 _MOST_OF_MACHINE = 20_000
 _MOST_FOLLOWED = 16
 """Signals whose numbers are kept."""
-_NEWS = "time_s", "status", "speed", "factor", "poses"
+_NEWS = "time_s", "wall_s", "status", "speed", "factor", "poses"
 """What each state says; the others come less often."""
 _RECENT = 5
 _ROUNDING_S = 1e-9
@@ -354,6 +354,7 @@ class LiveRun:
             "status": state.get("status", "running"),
             "speed": state.get("speed"),
             "factor": state.get("factor"),
+            "wall_s": state.get("wall_s"),
             "poses": state.get("poses"),
             "states": states_of(steps),
             "flow": flow_of(self._description, steps),

@@ -146,17 +146,17 @@ class Recording:
             return None
 
     def steps(self, time_s: float, only: str = "") -> dict[str, Any]:
-        """The last step of each subsystem until then. Raises Refused."""
+        """The last step of each subsystem until then, unless the next is lost. Raises Refused."""
         with self._lock:
             seen = self.call("recording.moment", "seen_at", self.index, time_s, only)
-        return {one.name: one for one in seen}
+            return {one.name: one for one in seen if not self.index.lost_at(one.name, time_s)}
 
     def spans(self) -> dict[str, list[tuple[float, float, str]]]:
         """The spans of all machines, each with begin and end in s and the state."""
         index, texts = self.index, self.index.names.texts
         with self._lock:
             return {
-                name: [(begin_s, end_s, texts[n]) for begin_s, end_s, n in own.spans(index.end_s)]
+                name: [(begin_s, end_s, texts[n]) for begin_s, end_s, n in index.spans(own)]
                 for name, own in index.machines.items()
             }
 
@@ -181,7 +181,8 @@ class RecordedRun:
         """Look at what is read of the file by now."""
         recording, index = self._recording, self._recording.index
         self._begin_s, self._end_s = min(index.begin_s, index.end_s), float(index.end_s)
-        self._marks = list(recording.ask("marks") or ())
+        required = self._content.message()["requirements"]
+        self._marks = list(recording.ask("marks", [each["that"] for each in required]) or ())
         self._cameras = dict(recording.ask("pictured"))
         poses = (recording.ask("poses_at", t) for t in (self._begin_s, self._end_s))
         self._bodies = list(next(filter(None, poses), ()))
@@ -270,7 +271,7 @@ class RecordedRun:
         found: dict[str, Message] = {}
         for name, spans in self._spans.items():
             before = [span for span in spans if span[0] <= time_s + _EARLIER_S]
-            if before:
+            if before and not self._recording.index.lost_at(name, time_s):
                 found[name] = {"state": before[-1][2], "since_s": before[-1][0], "row": ""}
         return found
 
@@ -279,10 +280,20 @@ class RecordedRun:
         at_s = self._inside(time_s)
         try:
             one = self._recording.steps(at_s, machine).get(machine)
-            lines = self._content.why(one) if one is not None else []
+            lines = self._content.why(one) if one is not None else self._lost(machine, at_s)
         except Refused as refused:
             lines = [line_of(str(refused))]
         return {"machine": machine, "time_s": at_s, "lines": lines}
+
+    def _lost(self, machine: str, time_s: float) -> list[Message]:
+        """What to say of a machine without a step at a time."""
+        index = self._recording.index
+        lost = index.lost_at(machine, time_s) if machine in index.machines else None
+        if lost is None:
+            return []
+        before_s, after_s = lost
+        after = "" if after_s is None else f" and before {after_s:.6g} s"
+        return [line_of(f"steps of {machine} after {before_s:.6g} s{after} are lost", 0, "state")]
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""

@@ -467,6 +467,12 @@ def _set(message: Message) -> Message:
     return {"type": message["type"], "name": text_in(message, "name"), "value": value}
 
 
+def _hold(message: Message) -> Message:
+    """With the newest wall time of the run that the browser knows."""
+    seen_s = plain_in(message, "wall_s")
+    return {"type": "hold", "name": text_in(message, "name"), "wall_s": seen_s}
+
+
 def _plain(*names: str) -> Callable[[Message], Message]:
     """The command with these texts."""
 
@@ -484,7 +490,7 @@ _COMMANDS: dict[str, Callable[[Message], Message]] = {
     "break": _break,
     "set": _set,
     "panel": _set,
-    "hold": _plain("name"),
+    "hold": _hold,
     "release": _plain("name"),
     "restart": _restart,
 }

@@ -69,20 +69,25 @@ function firstLook(marks) {
   }
 }
 
+/** Whether a time was chosen. While a recording is read, what went wrong may be still to come. */
 let has_looked = false;
 on("hello", () => {
-  has_looked &&= page.cursor === null;
+  has_looked &&= page.cursor === null; // a moment that was shown is asked for again
 });
 on("now", () => {
-  if (!has_looked) {
-    has_looked = true;
-    const time_s = fromAddress();
-    if (time_s === null) {
-      firstLook(page.marks);
-    } else {
-      page.look(time_s);
-    }
+  if (has_looked) {
+    return;
   }
+  const time_s = fromAddress();
+  has_looked = !page.isFile;
+  if (time_s === null) {
+    firstLook(page.marks);
+  } else {
+    page.look(time_s);
+  }
+});
+on("cursor", () => {
+  has_looked = true;
 });
 on("cursor machine", toAddress);
 

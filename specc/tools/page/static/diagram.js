@@ -30,28 +30,36 @@ export class Diagram {
   async show(url) {
     this.url = url;
     this.centred = null;
-    const found = url ? await this.load(url) : null;
+    const { svg, words } = await this.load(url);
     if (this.url !== url) {
       return false;
     }
-    this.svg = found;
-    if (found) {
-      this.container.replaceChildren(found);
+    this.svg = svg;
+    if (svg) {
+      this.container.replaceChildren(svg);
       this.crop();
       this.fit();
     } else {
-      const words = url ? "The picture could not be drawn." : "There is no picture of this.";
       this.container.replaceChildren(html("p", { class: "empty" }, words));
     }
     return true;
   }
 
+  /** The picture at an address, or why there is none. */
   async load(url) {
+    if (!url) {
+      return { svg: null, words: "There is no picture of this." };
+    }
+    const none = { svg: null, words: "The picture could not be drawn." };
     try {
       const answer = await fetch(url);
-      return answer.ok ? parseSvg(await answer.text()) : null;
+      const text = await answer.text();
+      if (answer.ok && answer.headers.get("content-type").startsWith("text/plain")) {
+        return { svg: null, words: `There is no picture: ${text}.` };
+      }
+      return answer.ok ? { svg: parseSvg(text), words: none.words } : none;
     } catch {
-      return null;
+      return none;
     }
   }
 

@@ -82,7 +82,8 @@ function holdButton(element) {
     if (!document.hasFocus() || document.hidden || control.disabled || !page.connected) {
       release();
     } else {
-      page.send({ type: "hold", name: element.name });
+      // The run takes no sign that waited on its way: it knows by its own time when this was sent.
+      page.send({ type: "hold", name: element.name, wall_s: page.now?.wall_s ?? null });
     }
   };
   const hold = () => {

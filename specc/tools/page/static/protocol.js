@@ -30,7 +30,8 @@
  * @typedef {{verdict: "holds"|"violated"|"open"|"unknown", margin: number|null,
  *   time_s: number|null}} Verdict
  * @typedef {{type: "now", time_s: number, status: "running"|"paused"|"ended",
- *   speed: number|null, factor: number|null, states: Object<string, Standing>, flow: string[],
+ *   speed: number|null, factor: number|null, wall_s?: number, flow: string[],
+ *   states: Object<string, Standing>,
  *   requirements?: Verdict[], poses: number[][]|null, live: Object<string, number>,
  *   panel: Object<string, any>,
  *   real_time?: Object<string, {late_ms: number, skipped: number}>}} Now

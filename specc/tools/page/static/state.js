@@ -170,7 +170,8 @@ function showSpans() {
     const span = spanAt(machine, time_s);
     const before = shown.states[machine];
     const is_since = before && span && before.since_s >= span[0] && before.since_s <= time_s;
-    if (!span) {
+    const isKnown = span && (span[1] === null || time_s <= span[1] + 1e-9 || time_s >= page.end_s);
+    if (!isKnown) {
       delete shown.states[machine];
     } else if (!is_since || before.state !== span[2]) {
       shown.states[machine] = { state: span[2], since_s: span[0], row: "" };

@@ -75,7 +75,7 @@ function showWhere(line) {
   where.state.classList.remove("error");
   if (!words) {
     setText(where.state, page.machine);
-    setText(where.title, line?.text ?? "");
+    setText(where.title, "");
     setText(where.since, "");
     return;
   }
