@@ -92,7 +92,7 @@ const speed = html(
 );
 const breaks = button("Breakpoints", "Breakpoints (b)", showBreakpoints, { id: "breaks" });
 const again = button("Start again…", "", showRestart, { id: "again" });
-const help = button("?", "Keys (?)", showHelp, { id: "keys", "aria-label": "Keys" });
+const help = button("?", "Help (?)", showHelp, { id: "keys", "aria-label": "Help" });
 byId("controls").append(pause, stepping, speed, breaks, again, help);
 byId("follow").addEventListener("click", () => page.look(null));
 byId("take").addEventListener("click", () => page.send({ type: "take" }));
@@ -302,7 +302,7 @@ function entries(pairs) {
 function showHelp() {
   const dialog = byId("help");
   dialog.replaceChildren(
-    html("h2", { id: "help-title" }, "Keys"),
+    html("h2", { id: "help-title" }, "Keys, buttons and marks"),
     entries(KEYS.map(([key, words]) => [html("kbd", {}, key), words])),
     html("h3", {}, "Buttons and the panel"),
     entries(OTHERS),

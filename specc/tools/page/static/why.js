@@ -191,7 +191,7 @@ function judged(lines) {
       return { ...line, group: role, is_wanted: false };
     }
     if (depth <= 2) {
-      const is_error = /^(rows of )?error /.test(text);
+      const is_error = /^(rows of )?error[ :]/.test(text);
       const is_decided = truth !== null || ASIDE.test(text);
       group = is_error && !truth && is_decided ? "error" : role === "row" && depth > 1 ? "row" : "";
       is_wanted = truth === false && group !== "error" && !is_taken;
