@@ -249,13 +249,11 @@ def test_why_is_of_one_step_and_begins_with_what_is_waited_for(page: Page, pause
     page.size(1600, 1000)
     page.open(paused.url)
     page.wait_for(f"{LIT} == 'passing'")
-    page.key("ArrowLeft")
-    page.key("ArrowLeft")
-    page.wait_for("document.querySelector('.where b').textContent == 'opening'")
+    page.wait_for("document.querySelector('.where b').textContent == 'passing'")
     first = "document.querySelector('#reasons .line.condition.judged .text').textContent"
-    page.wait_for(f"{first}.startsWith('terminal is_open')")
+    page.wait_for(f"{first}.startsWith('terminal parcel_gone')")
     assert page.evaluate("document.querySelector('#reasons details').open") is False
     folded = "document.querySelector('#reasons details').textContent"
-    assert "Would stop iferror stuck: False" in page.evaluate(f"{folded}.replace(/[●○–]/g, '')")
+    assert "Would stop iferror never: False" in page.evaluate(f"{folded}.replace(/[●○–]/g, '')")
     assert page.evaluate("document.querySelectorAll('#reasons details .need').length") == 0
     assert page.evaluate("document.querySelectorAll('#reasons > .lines > .line .need').length") > 0

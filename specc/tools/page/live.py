@@ -41,6 +41,7 @@ from specc.tools.page.moments import (
     lines_of,
     part_of,
     states_of,
+    unsent_of,
     values_of,
     why_of,
 )
@@ -400,7 +401,9 @@ class LiveRun:
 
     def why(self, machine: str, time_s: float | None) -> Message:
         """See `Source`."""
-        one = self._step(machine, time_s)
+        one, unsent = self._step(machine, time_s)
+        if unsent is not None:
+            return {"machine": machine, "time_s": time_s, "lines": unsent_of(machine, *unsent)}
         if one is not None:
             until_s, rows = one.step["time"] + _ROUNDING_S, self._rows.get(machine, [])
             place = bisect_right(rows, until_s, key=lambda each: each.begin_s)
@@ -410,16 +413,21 @@ class LiveRun:
         known = one if machine in self._description.subsystems else None
         return {"machine": machine, "time_s": at_s, "lines": why_of(self._explainer, known)}
 
-    def _step(self, machine: str, time_s: float | None) -> LastStep | None:
-        """The last step until a time that is kept; the next one if only that has its state."""
+    def _step(
+        self, machine: str, time_s: float | None
+    ) -> tuple[LastStep | None, StateChange | None]:
+        """The last step until a time that is kept; the next one if only that has its state.
+
+        If none has it, also the change to that state.
+        """
         one = steps_of_state(self._at(time_s)).get(machine)
-        if time_s is not None and (text := self._history.after(time_s)) is not None:
-            later = steps_of_state(_loaded(text)).get(machine)
-            for last in self._changes(machine, time_s)[-1:]:
-                is_missed = one is None or one.step["time"] < last.time_s
-                if is_missed and later is not None and later.step["state"] == last.state:
-                    return later
-        return one
+        for last in self._changes(machine, time_s)[-1:] if time_s is not None else ():
+            if one is None or one.step["time"] < last.time_s:
+                text = self._history.after(time_s or 0.0)
+                later = steps_of_state(_loaded(text)).get(machine) if text is not None else None
+                has_state = later is not None and later.step["state"] == last.state
+                return (later, None) if has_state else (one, last)
+        return one, None
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""

@@ -67,7 +67,8 @@ const where = {
 head.append(where.state, where.title, where.since);
 
 /** `gate.c at 2.5 s (stamp 50): in lifting in working since 1.2 s, for 1.3 s` */
-const STANDING = /^(\S+ s) \(stamp \d+\): in (\S+)(.*?)(?: since (\S+ s), (.*)|, since when .*)$/;
+const STANDING =
+  /^(\S+ s)(?: \(stamp \d+\))?: in (\S+)(.*?)(?: since (\S+ s), (.*)|, since when .*)$/;
 
 /** @param {import("./protocol.js").WhyLine|undefined} line that says where the machine is */
 function showWhere(line) {
