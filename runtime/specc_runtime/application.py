@@ -154,12 +154,16 @@ class _Attempt:
             for lost in snapshot.go_on(session, system):
                 say(f"--from: {lost}")
             session.stop_from(snapshot.until_s)
+            if snapshot.saved and recorder is not None and self._page is not None:
+                recorder.keep(snapshot.time_s, session.saved)  # the page may ask for this stretch
         if keys:
             self._operate(session, keys)
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(ReportKeeper(session.report, options.report, self._clock))
         if self._page is not None:
+            if recorder is not None:
+                self._page.reaches[recorder.file] = recorder.reach
             self._page.begin(session)
         self.session = session
         session.run(self._companions)
@@ -245,6 +249,8 @@ class _Attempt:
 
     def _repeat(self, snapshot: Snapshot, past: Path, until_s: float) -> None:
         """Let the recorded specification run until then, and keep what the other goes on from."""
+        if self._page is not None:
+            self._page.tell_start(f"repeating until {until_s:g} s")
         tick_s = load_system(self._options.directory, self._options.base).tick_s
         system = load_system(past, self._options.base)
         plant = self._set_up(system) if system.needs_plant else None

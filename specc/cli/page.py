@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from specc.cli import interruption
+from specc.diagnostics.report import Finding, brief
 from specc.refusal import Refused, reason_of
 
 _PATIENCE_S = 2.0
@@ -91,13 +92,14 @@ class PageRuns:
         if options.record is None and not options.real_time:
             options.snapshots = self._folder / f"{self._count}.mcap"
         if file := options.record or options.snapshots:
-            self._past.append((begin_s, Path(file)))
+            self._past.append((begin_s, Path(file).absolute()))
+        self._page.objection = self._objection
         return self._page
 
-    def refuse(self, messages: Sequence[str]) -> None:
+    def refuse(self, findings: Sequence[Finding]) -> None:
         """Say in the page why a specification cannot be run as it asks."""
         if self._page is not None:
-            words = "; ".join(messages[:_MOST_NAMED])
+            words = "; ".join(map(brief, findings[:_MOST_NAMED]))
             self._page.refuse(f"The run cannot be started again: {words}")
 
     def _serve(self) -> None:
@@ -119,14 +121,30 @@ class PageRuns:
         page = import_module("specc_runtime.page.page").Page
         self._page = page(ours.detach(), 1.0 if options.speed is None else options.speed)
 
+    def _past_until(self, from_s: float) -> list[tuple[float, Path]]:
+        """What is known of the runs from which one at that moment follows."""
+        later = [each for each in self._past[1:] if each[0] < from_s]
+        return [*self._past[:1], *later]
+
+    def _objection(self, wanted: Any) -> str:
+        """Why no run can go on from the moment that is asked for; "" if one can."""
+        if not wanted.from_s:
+            return ""
+        begin_s, file = self._past_until(wanted.from_s)[-1]
+        reach = self._page.reaches.get(file)
+        if reach is None or not (lack := reach.lacks(wanted.from_s)):
+            return ""
+        other = f"before {begin_s:g} s it ran with other constants or another specification"
+        way = "start from the beginning"
+        return f"the run cannot go on from {wanted.from_s:g} s: {lack}, and {other}; {way}"
+
     def _again(self, wanted: Any) -> Namespace:
         """The options of the run that the page asks for."""
         first, last = self._first, self._options
         again = Namespace(**vars(first))
         again.set, again.resume = last.set | wanted.set, first.resume
         if wanted.from_s:
-            while len(self._past) > 1 and self._past[-1][0] > wanted.from_s:
-                self._past.pop()
+            self._past = self._past_until(wanted.from_s)
             again.resume = self._past[-1][1], wanted.from_s
         for name in ("record", "video"):  # what earlier runs have written stays
             if file := getattr(first, name):

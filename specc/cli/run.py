@@ -54,7 +54,7 @@ def _run(options: Namespace, runs: PageRuns | None) -> int:
     findings = judged.findings
     if judged.refused:
         if runs is not None:
-            runs.refuse([each.diagnostic.message for each in findings])
+            runs.refuse(report(findings, []).findings)
         return print_report(report(findings, [options.spec])) or 1
     with temporary_folder() as scratch:
         directory = Path(scratch, "generated", built.system)

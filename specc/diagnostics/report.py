@@ -8,10 +8,13 @@ from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
 from specc.diagnostics.renaming import with_repairs_of_typos
+from specc.diagnostics.visible import visible
 from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.resources import is_library_part
-from specc.source import Place, Sources, Span
+from specc.source import SET, Place, Sources, Span
 
+_MOST_SET = 80
+"""Letters of a constant that was set, with its text, that are shown."""
 _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
@@ -103,6 +106,19 @@ def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding
         )
         for diagnostic in with_repairs_of_typos(dict.fromkeys(diagnostics), sources)
     ]
+
+
+def brief(finding: Finding) -> str:
+    """A finding in one line: where it is, what it says and what helps."""
+    span = finding.primary.span
+    where = f"{span.file}:{span.line}"
+    if finding.diagnostic.primary.file == SET:
+        where = visible(finding.primary.line[:_MOST_SET])
+    others = [
+        f"{other.message} ({other.span.file}:{other.span.line})" for other in finding.related[:1]
+    ]
+    words = (finding.diagnostic.message, *others, *finding.diagnostic.remarks)
+    return f"{where}: {'; '.join(filter(None, words))}"
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:

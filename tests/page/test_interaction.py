@@ -224,7 +224,10 @@ def test_a_recording_opens_where_it_went_wrong(page: Page, tmp_path: Path) -> No
     with page_run(tmp_path, "view", file) as run:
         page.open(run.url)
         page.wait_for("document.querySelector('.mark.violation')")
-        at_s = page.wait_for(f"{TIME} > 0 && {TIME} < 100 && {TIME}")
+        page.wait_for("location.hash.includes('t=')")
+        at_s = page.evaluate(TIME)
+        verdicts = "[...document.querySelectorAll('.is-violated .verdict')].map(e => e.textContent)"
+        assert page.evaluate(verdicts) == [f"violated at {at_s:.2f} s"]
         mark = page.evaluate("document.querySelector('.mark.violation').ariaLabel")
         assert float(mark.split()[0]) == pytest.approx(at_s, abs=0.01)
 

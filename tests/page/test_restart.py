@@ -21,7 +21,10 @@ from specc.cli import run as command
 from specc.cli.arguments import parser
 from specc.cli.page import PageRuns
 from tests.commands import ROOT
+from tests.page.browser import Page as Tab
+from tests.page.fake import fake_run
 from tests.page.fake_server import GATE, FakeServer
+from tests.page.runs import TIME, page_run
 from tests.recording.runs import report_of
 from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK
@@ -248,3 +251,110 @@ def test_a_port_is_a_number(port: str, capsys: pytest.CaptureFixture[str]) -> No
         parser().parse_args(["run", "a.yaml", f"--ui={port}"])
     assert "--ui: " in capsys.readouterr().err
     assert sys.exc_info() == (None, None, None)
+
+
+TRAY = ROOT / "specs/examples/tray_cell.yaml"
+
+
+@pytest.mark.parametrize(
+    ("constant", "words"),
+    [
+        ({"thin": "abc"}, ["thin=abc: `abc` is not there yet"]),
+        ({"thin": ""}, ["thin=: the expression is empty"]),
+        ({"thin": "0.5[m"}, ["thin=0.5[m: the bracket is not closed"]),
+        ({"nothing": "1"}, ["nothing=1: unknown constant `nothing`", "`thin`"]),
+        (
+            {"thin": "0.5[s]"},
+            ["thin=0.5[s]: `0.5[s]` is `real[s]`; expected `real[m]`", "tray_cell.yaml:16"],
+        ),
+    ],
+)
+def test_a_wrong_constant_is_refused_before_the_run_is_asked(
+    constant: dict[str, str], words: list[str]
+) -> None:
+    with fake_run(str(TRAY)) as run:
+        run.begin()
+        with run.visit() as page:
+            page.next("hello")
+            page.send("restart", from_s=1.5, set=constant)
+            text = page.next("refused")["text"]
+            assert all(each in text for each in ["is not started again", *words]), text
+            page.send("pause")
+            assert run.command("pause", "restart")["do"] == "pause"
+            page.send("restart", from_s=1.5, set={"thin": "0.012"})
+            assert run.command("restart")["set"] == {"thin": "0.012"}
+
+
+def test_a_run_without_snapshots_goes_on_from_no_other_past() -> None:
+    """Its operators have no codec, and its first part ran with other constants."""
+    with asked(TRAY, "--duration", 1) as run:
+        server = run.server
+        run.ended(1)
+        server.send("restart", from_s=0.4, set={"thin": "0.012"})
+        run.ended(2)
+        words = [each["text"] for each in server.of("starting")]
+        assert words == ["starting again", "repeating until 0.4 s"]
+        assert server.of("begin")[-1]["begin_s"] == 0.4
+        server.send("restart", from_s=0.8, set={})
+        text = server.wait("refused")["text"]
+        assert "cannot go on from 0.8 s: it has no snapshots until then (" in text
+        assert "before 0.4 s it ran with other constants" in text
+        server.send("restart", from_s=0.2, set={"thin": "0.011"})
+        run.ended(3)
+        assert server.of("begin")[-1]["begin_s"] == 0.2
+        assert len(server.of("refused")) == 1
+
+
+def test_a_run_goes_on_from_before_its_first_own_snapshot(tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
+    with asked(GATE, "--duration", 4, "--report", report) as run:
+        run.ended(1)
+        run.server.send("restart", from_s=2.05, set={"patience": "3[s]"})
+        run.ended(2)
+        first = digest(report)
+        for number, from_s in enumerate((2.3, 2.05, 3.5), 3):
+            run.server.send("restart", from_s=from_s, set={})
+            run.ended(number)
+            assert digest(report) == first
+        assert run.server.of("refused") == []
+
+
+def test_a_second_start_is_refused_while_one_is_under_way() -> None:
+    with asked(GATE, "--duration", 2000) as run:
+        server = run.server
+        server.wait("state", lambda state: state["time_s"] > 1.0)
+        server.send("restart", from_s=None, set={})
+        server.send("restart", from_s=None, set={"patience": "3[s]"})
+        server.wait("refused", lambda refused: "a run is starting again" in refused["text"])
+        server.wait("begin", after=5)
+        server.wait("state", lambda state: state["time_s"] > 1.0, after=8)
+        server.send("restart", from_s=None, set={"patience": "3[s]"})
+        server.wait("begin", lambda begin: begin["set"] == {"patience": "3[s]"})
+
+
+ANSWER = "(document.querySelector('#restart .answer')?.textContent ?? '')"
+THIN = "document.querySelector('#restart [aria-label=thin]')"
+START_AGAIN = "document.querySelector('#restart [value=start]').click()"
+
+
+def test_the_dialog_stays_open_until_the_run_begins(page: Tab, tmp_path: Path) -> None:
+    with page_run(tmp_path, "run", TRAY, "--ui", "--duration", 60) as run:
+        page.size(1400, 900)
+        page.open(run.url)
+        page.wait_for("document.getElementById('time')?.textContent")
+        page.wait_for(f"{TIME} > 0.5")
+        page.evaluate("document.getElementById('again').click()")
+        page.evaluate(f"{THIN}.value = 'abc'")
+        page.evaluate(START_AGAIN)
+        page.wait_for(f"{ANSWER}.includes('thin=abc')")
+        assert page.evaluate("document.getElementById('restart').open")
+        assert page.evaluate(f"{THIN}.value") == "abc"
+        before_s = page.evaluate(TIME)
+        page.wait_for(f"{TIME} > {before_s}")
+        page.evaluate(f"{THIN}.value = '0.012'")
+        page.evaluate("document.querySelector('#restart [value=here]').click()")
+        page.evaluate(START_AGAIN)
+        page.wait_for("!document.getElementById('restart').open")
+        page.wait_for(f"{TIME} > {before_s}")
+        page.wait_for("document.getElementById('status').textContent.startsWith('running')")
+        assert page.errors() == []

@@ -268,6 +268,7 @@ class Feed:
             "seed": options.seed,
             "real_time": options.real_time,
             "begin_s": run.time_s,
+            "repeats_until_s": self._control.hurries_until_s,
             "duration_s": run.duration_s,
             "cycles": run.wanted,
             "set": dict(options.built_with),

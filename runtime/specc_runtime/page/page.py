@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from specc_runtime.options import Options
     from specc_runtime.page.feed import Feed, Run
     from specc_runtime.panel import Panel
+    from specc_runtime.recording.snapshots import Reach
     from specc_runtime.system import System
 
 _SPEEDS = 1e-3, 1e3
@@ -45,6 +47,12 @@ class Page:
         """Whether a signal has ended the last run, whatever was asked for."""
         self.begun = 0
         """How many runs there were."""
+        self.reaches: dict[Path, Reach] = {}
+        """From where on runs can start again, by the files that they write."""
+        self.objection: Callable[[Restart], str] = lambda restart: ""
+        """Why there cannot be such a run; asked before the present one is to end."""
+        self._is_starting = False
+        """Whether a run was asked for that has not begun yet."""
         self.control = Control(speed)
         self._is_quitting = False
         self._wanted = Event()
@@ -92,6 +100,7 @@ class Page:
             self._feed.begin(run)
             self._run = run
             self.begun += 1
+            self._is_starting = False
 
     def end(self, report: Mapping[str, Any], exit_code: int) -> None:
         """The run is over."""
@@ -101,18 +110,30 @@ class Page:
         self._run = None
 
     def refuse(self, text: str) -> None:
-        """Say why something is not done."""
+        """Say why the run that was asked for does not begin."""
+        self._is_starting = False
+        self._tell("refused", text)
+
+    def tell_start(self, text: str) -> None:
+        """Say how far the run is that has not begun yet."""
+        self._tell("starting", text)
+
+    def _tell(self, kind: str, text: str) -> None:
         from specc_runtime.recording.text import dumped
 
-        self._link.post(lambda: dumped({"kind": "refused", "text": text}))
+        self._link.post(lambda: dumped({"kind": kind, "text": text}))
 
     def wait(self) -> Restart | None:
         """Stay after the end of a run, until another one is asked for; None if none is."""
+        if self._is_starting and self.restart is None:
+            self.refuse("The run cannot be started again; the terminal says why")
         while not (self._link.is_over or self._is_quitting or self._wanted.wait(0.2)):
             pass
         restart, self.restart = self.restart, None
         self._wanted.clear()
         self.control.go_on()
+        if restart is not None:
+            self.tell_start("starting again")
         return restart
 
     def close(self) -> None:
@@ -135,9 +156,9 @@ class Page:
                 raise Unclear(f"there is no command {do}")
             _COMMANDS[do](self, command)
         except ValueError as error:
-            self.refuse(str(error))
+            self._tell("refused", str(error))
         except Exception as error:  # noqa: BLE001  # no command ends the thread that obeys them
-            self.refuse(f"not understood: {type(error).__name__}: {error}")
+            self._tell("refused", f"not understood: {type(error).__name__}: {error}")
 
     def _pause(self, command: Any) -> None:
         self._refuse_in_real_time("pause")
@@ -172,7 +193,7 @@ class Page:
             return  # they are looked up once there is a run
         self.control.set_breakpoints(found)
         for text in refused:
-            self.refuse(text)
+            self._tell("refused", text)
 
     def _set(self, command: Any) -> None:
         name = text_of(command, "name")
@@ -213,7 +234,13 @@ class Page:
         for name, text in constants.items():
             if not isinstance(text, str) or len(text) + len(name) > _LONGEST:
                 raise Unclear("set has names and texts")
-        self.restart = Restart(from_s, constants)
+        if self._is_starting:
+            raise Unclear("a run is starting again; ask again once it has begun")
+        restart = Restart(from_s, constants)
+        if objection := self.objection(restart):
+            raise Unclear(objection)
+        self.restart = restart
+        self._is_starting = True
         self._leave()
 
     def _quit(self, command: Any) -> None:

@@ -50,7 +50,8 @@ class SnapshotRecorder:
         self.log.note("specc", _about(options, system, begin_s))
         for name, text in options.texts.items():
             self.log.attach(name, "application/yaml", text.encode())
-        self._snapshots = Snapshots(self.log, system, load_layouts(system))
+        self._snapshots = Snapshots(self.log, system, load_layouts(system), begin_s)
+        self.file, self.reach = file, self._snapshots.reach
         self.period_s = max(PERIOD_S, system.tick_s)
         self.report: Callable[[], Report] | None = None
 

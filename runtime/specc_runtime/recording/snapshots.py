@@ -89,13 +89,34 @@ WRONG = (
 )  # fmt: skip
 
 
+@dataclass(slots=True)
+class Reach:
+    """From which moments on another run can go on from a recording that is being written."""
+
+    begin_s: float
+    first_s: float = inf
+    """The time of its first snapshot."""
+    missing: str = ""
+    """Why there is none."""
+
+    def lacks(self, from_s: float) -> str:
+        """What it would need for a moment; "" if it has that, or can be repeated from its start."""
+        if not self.begin_s or self.first_s <= from_s + _EARLIER_S:
+            return ""
+        why = f" ({self.missing})" if self.missing else ""
+        return f"it has no snapshots until then{why}"
+
+
 class Snapshots(Shelf):
     """Writes snapshots, and their values stored aside: again unless among the last so many."""
 
     _window = 2048
 
-    def __init__(self, log: Log, system: System, layouts: Mapping[str, Layout]) -> None:
+    def __init__(
+        self, log: Log, system: System, layouts: Mapping[str, Layout], begin_s: float = 0.0
+    ) -> None:
         super().__init__(log, exact=True)
+        self.reach = Reach(begin_s)
         self._next_s = 0.0
         self._values = Values(system, layouts, self)
         self._messages = log.channel(SNAPSHOTS, "specc.Snapshot", _SCHEMA, is_apart=True)
@@ -117,8 +138,10 @@ class Snapshots(Shelf):
         self._time_s = time_s
         try:
             values = saved(self._values)
+            self.reach.first_s = min(self.reach.first_s, time_s)
         except NotRecorded as missing:
             values = {"missing": str(missing)}
+            self.reach.missing = str(missing)
         data = dumped({"time": time_s, **values})
         self._messages.add(time_s, data)
         self._next_s = time_s + len(data) / _BYTES_A_SECOND
@@ -300,6 +323,9 @@ def _last_before(file: Path, until_s: float) -> Snapshot:
             if snapshot.shelf.is_whole or not tries:
                 break
         snapshot.missing = str(data.get("missing"))
+    if snapshot.saved is None and about.get("from"):
+        why = f"it begins later than at 0 s and has no snapshot until then ({snapshot.missing})"
+        raise UsageError(f"{file}: the run cannot go on from {until_s:g} s: {why}")
     snapshot.changes = _made_since(snapshot, file, CHANGES, change_of, budget)
     snapshot.operations = _made_since(snapshot, file, PANEL, operation_of, budget)
     return snapshot

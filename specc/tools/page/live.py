@@ -24,10 +24,13 @@ from threading import Lock
 from typing import Any, NamedTuple
 
 from specc import pipeline
+from specc.diagnostics import blocks
+from specc.diagnostics.report import brief, resolve
 from specc.diagnostics.visible import visible
 from specc.lang.values import Floats
 from specc.model.system import PLANT
 from specc.refusal import Refused
+from specc.source import SET, Sources
 from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Message, json_text
@@ -59,6 +62,8 @@ _MOST_FOLLOWED = 16
 _NEWS = "time_s", "wall_s", "status", "speed", "factor", "poses"
 """What each state says; the others come less often."""
 _RECENT = 5
+_MOST_REASONS = 3
+"""Why a run cannot be started again, that a message has."""
 _ROUNDING_S = 1e-9
 _DO = {"break", "continue", "hold", "panel", "pause", "release", "restart", "set", "speed", "step",
        "watch"}  # fmt: skip
@@ -247,7 +252,7 @@ class LiveRun:
             case {"kind": "lost"}:
                 text = "the page could not keep up: some of what happened is missing"
                 self._mark([{"time_s": self._time_s, "kind": "lost", "text": text}], server)
-            case {"kind": "stopped" | "end" | "refused" as kind}:
+            case {"kind": "stopped" | "end" | "refused" | "starting" as kind}:
                 found = {name: value for name, value in message.items() if name != "kind"}
                 self._end = found if kind == "end" else self._end
                 server.tell({"type": kind, **found})
@@ -309,6 +314,7 @@ class LiveRun:
             "seed": begin.get("seed"),
             "real_time": bool(begin.get("real_time")),
             "begin_s": begin.get("begin_s") or 0.0,
+            "repeats_until_s": begin.get("repeats_until_s") or 0.0,
             "end_s": None,
             "end": self._end,
             "duration_s": begin.get("duration_s"),
@@ -450,6 +456,17 @@ class LiveRun:
     def picture(self, camera: str, time_s: float | None) -> Picture | None:
         """See `Source`."""
         return self._pictures.get(camera) if time_s is None else None
+
+    def objection(self, values: Mapping[str, str]) -> str:
+        """See `Source`."""
+        constants = self.begin.get("set", {}) | values
+        result = pipeline.compile_spec(self._spec, constants)
+        if result.can("run"):
+            return ""
+        reasons = [each for each in result.diagnostics if blocks(each.code, "run")]
+        reasons.sort(key=lambda each: each.primary.file != SET)
+        words = map(brief, resolve(reasons[:_MOST_REASONS], Sources(result.sources)))
+        return f"The run is not started again. {'; '.join(words)}"
 
     def command(self, message: Message) -> str:
         """See `Source`."""

@@ -326,6 +326,10 @@ class RecordedRun:
         found = self._recording.ask("picture_at", topic, self._inside(time_s))
         return Picture(camera, *found) if found else None
 
+    def objection(self, values: Mapping[str, str]) -> str:
+        """See `Source`."""
+        return ""
+
     def command(self, message: Message) -> str:
         """See `Source`."""
         spec = self._recording.spec

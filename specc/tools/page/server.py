@@ -106,6 +106,9 @@ class Source(Protocol):
     def picture(self, camera: str, time_s: float | None) -> Picture | None:
         """The last picture until then, if there is one."""
 
+    def objection(self, values: Mapping[str, str]) -> str:
+        """Why a run cannot start again with other constants, by their names; "" if it can."""
+
     def command(self, message: Message) -> str:
         """Obey a message of the browser that controls; why not, if it is refused.
 
@@ -131,6 +134,8 @@ class Server:
         self._is_begun = False
         self._questions = ThreadPoolExecutor(1, "questions")
         self._assets = ThreadPoolExecutor(1, "assets")
+        self._tasks: set[asyncio.Future[None]] = set()
+        """Checks of what is to start again."""
         self._breakpoints: list[Any] = []
         """Those of the controlling browser; they outlive the run."""
 
@@ -328,7 +333,7 @@ class Server:
             elif not self._controls(client):
                 raise Malformed("another browser controls")
             else:
-                self._command(_COMMANDS[kind](message))
+                self._obey(client, _COMMANDS[kind](message))
         except Malformed as error:
             client.put(json_text({"type": "refused", "text": str(error)}))
 
@@ -340,6 +345,31 @@ class Server:
         camera = text_in(message, "camera") if message.get("camera") is not None else ""
         client.watched = Watched(signals, camera, message.get("scene") is not False)
         self._tell_watch()
+
+    def _obey(self, client: Client, message: Message) -> None:
+        """Do what a browser commands, or check first whether it can be. Raises Malformed."""
+        values = message.get("set", {})
+        if message["type"] == "set" and isinstance(message["value"], str):
+            values = {message["name"]: message["value"]}  # not while the run goes on
+        elif message["type"] != "restart":
+            return self._command(message)
+        task = asyncio.ensure_future(self._start_again(client, message, values))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return None
+
+    async def _start_again(self, client: Client, message: Message, values: Message) -> None:
+        """Let the source start again, unless that cannot be."""
+        try:
+            objection = await self._ask(self._source.objection, values)
+            if not objection and not self._controls(client):
+                objection = "another browser controls"
+            if not objection:
+                self._command(message)
+        except Exception as error:  # noqa: BLE001  # the browser waits for an answer
+            objection = visible(str(error)[:_LONGEST_REASON]) or type(error).__name__
+        if objection:
+            client.put(json_text({"type": "refused", "text": objection}))
 
     def _command(self, message: Message) -> None:
         """Let the source obey. Raises Malformed."""

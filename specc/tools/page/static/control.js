@@ -140,7 +140,11 @@ function showStatus() {
   const chip = byId("status");
   const { now } = page;
   let words = page.isFile ? "" : (now?.status ?? "begins");
-  if (now?.status === "running" && !page.isFile) {
+  if (page.starting) {
+    words = page.starting;
+  } else if (now?.status === "running" && now.time_s < page.hello.repeats_until_s) {
+    words = `repeating until ${seconds(page.hello.repeats_until_s, page.digits)}`;
+  } else if (now?.status === "running" && !page.isFile) {
     words = page.hello.real_time ? "running in real time" : `running ${factorWords(now)}`;
   }
   const ending = now?.status === "ended" && !page.isFile ? page.end : null;
@@ -226,18 +230,28 @@ function showRestart() {
   });
   const from = (value, text, checked) =>
     html("label", {}, html("input", { type: "radio", name: "from", value, checked }), text);
-  const send = () => {
+  const answer = html("p", { class: "answer", role: "status" });
+  const start = html("button", { value: "start", class: "main" }, "Start");
+  const send = (event) => {
+    if (event.submitter?.value !== "start") {
+      return;
+    }
     const is_here = dialog.querySelector("[name=from]:checked").value === "here";
     const changed = fields.filter(({ text, field }) => field.value.trim() !== text);
     const set = Object.fromEntries(changed.map(({ name, field }) => [name, field.value.trim()]));
     page.send({ type: "restart", from_s: is_here ? here_s : null, set });
-    page.restarting = !page.isFile;
+    if (!page.isFile) {
+      event.preventDefault(); // it stays open until the new run begins
+      page.restarting = true;
+      start.disabled = true;
+      setText(answer, "The constants are checked…");
+    }
   };
   dialog.replaceChildren(
     html("h2", { id: "restart-title" }, "Start again"),
     html(
       "form",
-      { method: "dialog", onsubmit: (event) => event.submitter?.value === "start" && send() },
+      { method: "dialog", onsubmit: send },
       html(
         "fieldset",
         {},
@@ -247,16 +261,26 @@ function showRestart() {
       ),
       rows.length ? html("fieldset", {}, html("legend", {}, "Constants"), search,
         html("div", { class: "constants" }, ...rows)) : null,
-      html("p", { class: "hint" }, "Changed constants are checked again before the run starts."),
+      html("p", { class: "hint" }, "Constants are checked before the present run ends."),
+      answer,
       html(
         "div",
         { class: "ends" },
         html("button", { value: "" }, "Cancel"),
-        html("button", { value: "start", class: "main" }, "Start"),
+        start,
       ),
     ),
   );
   dialog.showModal();
+}
+
+/** Say in the dialog, while it waits for a start, what comes of it. */
+function tellStart(text, is_refused) {
+  const start = byId("restart").querySelector("[value=start]");
+  if (start?.disabled) {
+    setText(byId("restart").querySelector(".answer"), text);
+    start.disabled = !is_refused;
+  }
 }
 
 // Keys.
@@ -354,3 +378,18 @@ on("now", () => {
   }
 });
 on("stopped", () => page.look(null));
+on("starting", ({ text }) => {
+  page.starting = text;
+  tellStart(`The run is ${text}…`, false);
+  show();
+});
+on("hello", () => {
+  if (byId("restart").querySelector("[value=start]:disabled")) {
+    byId("restart").close();
+  }
+});
+on("refused", ({ text }) => {
+  tellStart(text, true);
+  show();
+});
+on("connection", () => !page.connected && tellStart("The connection is lost.", true));

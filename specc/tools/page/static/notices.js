@@ -47,7 +47,10 @@ on("end", ({ ended, exit_code }) => {
   const words = `The run has ended: ${ended}, exit code ${exit_code}.`;
   say(page.restarting ? "The run is started again…" : words);
 });
-on("hello refused", () => (page.restarting = false));
+on("hello refused", () => {
+  page.restarting = false;
+  page.starting = "";
+});
 on("refused", (message) => say(message.text, true));
 
 /** Why the run stopped; it is said with the time, which comes next. */

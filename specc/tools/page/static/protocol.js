@@ -17,7 +17,8 @@
  *   whole: boolean}} LiveConstant
  *
  * @typedef {{type: "hello", source: "live"|"file", file?: string, title: string, system: string,
- *   seed: number, real_time: boolean, begin_s: number, end_s: number|null, end?: End|null, notice: string[],
+ *   seed: number, real_time: boolean, begin_s: number, repeats_until_s?: number,
+ *   end_s: number|null, end?: End|null, notice: string[],
  *   machines: Machine[], structure: string|null, signals: Signal[],
  *   requirements: {that: string, because: string, place: string}[], cameras: string[],
  *   frames: string[], poses: {name: string, base: string, end: string}[],

@@ -33,10 +33,24 @@ function build() {
   show();
 }
 
+/**
+ * The verdict at the moment that is shown. A run knows of a violation some time after it; where its
+ * mark is, the page says so already.
+ */
+function verdictOf({ that }, place) {
+  const known = page.shown.requirements?.[place] ?? { verdict: "unknown", margin: null };
+  const mark = page.marks.find(
+    ({ kind, text, time_s }) =>
+      kind === "violation" && text === that && time_s <= page.time_s + 1e-9,
+  );
+  const is_late = mark && known.verdict !== "violated";
+  return is_late ? { verdict: "violated", margin: null, time_s: mark.time_s } : known;
+}
+
 function show() {
   let violated = 0;
   rows.forEach(({ element, sign, verdict, margin }, place) => {
-    const found = page.shown.requirements?.[place] ?? { verdict: "unknown", margin: null };
+    const found = verdictOf(page.hello.requirements[place], place);
     violated += found.verdict === "violated" ? 1 : 0;
     element.className = `requirement is-${found.verdict}`;
     setText(sign, SIGNS[found.verdict]);
@@ -54,4 +68,4 @@ function show() {
 }
 
 on("hello breakpoints", () => page.hello && build());
-on("shown", show);
+on("shown marks", show);

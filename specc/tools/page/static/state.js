@@ -91,6 +91,9 @@ export const page = {
   connected: false,
   playing: false,
   stepping: false,
+  /** Whether this page has asked for another run, and what is said of one that begins. */
+  restarting: false,
+  starting: "",
   digits: 2,
   send: () => {},
 
