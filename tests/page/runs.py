@@ -21,6 +21,7 @@ from tests.page.browser import Page
 URL = re.compile(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+(?=\n)")
 TIME = "parseFloat(document.getElementById('time').textContent)"
 STATUS = "document.getElementById('status').textContent"
+ENDED = "document.getElementById('status').classList.contains('is-ended')"
 LIT = "[...document.querySelectorAll('#states .state.lit')].map(e => e.id.replace(/.*-s-/, ''))"
 END_S = 60.0
 

@@ -14,7 +14,17 @@ import pytest
 from tests.commands import specc
 from tests.page.browser import Browser, Page
 from tests.page.looks import FAINT, OUTSIDE, SIDEWAYS
-from tests.page.runs import END_S, LIT, STATUS, TIME, PageRun, page_run, set_speed, wait_paused
+from tests.page.runs import (
+    END_S,
+    ENDED,
+    LIT,
+    STATUS,
+    TIME,
+    PageRun,
+    page_run,
+    set_speed,
+    wait_paused,
+)
 
 GATE = "specs/conveyor_gate.yaml"
 KEPT = "tests/recording/conveyor_gate.mcap"
@@ -78,7 +88,7 @@ def test_a_run_is_the_same_whoever_looks_and_stops_it(
             browser.stop()
             _wait_for_file(path)
             browser.resume()
-        page.wait_for(f"{STATUS} == 'ended'")
+        page.wait_for(ENDED)
         assert f"records {alone['records_sha256']}" in run.end()
     assert repeatable(report_of(path)) == repeatable(alone)
 
@@ -167,7 +177,7 @@ def test_large_systems_are_legible(name: str, page: Page, tmp_path: Path) -> Non
     words = ("--ui", "--speed", 100, "--duration", 2)
     with page_run(tmp_path, "run", f"specs/{name}.yaml", *words) as run:
         page.open(run.url)
-        page.wait_for(f"{LIT}.length && {STATUS} == 'ended'", END_S)
+        page.wait_for(f"{LIT}.length && {ENDED}", END_S)
         assert_legible(page, "light")
         assert_legible(page, "dark")
         assert page.errors() == []

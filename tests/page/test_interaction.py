@@ -131,6 +131,30 @@ def test_who_watches_cannot_operate_and_reads_why(
         panel.wait_for(f"{HOLD}.disabled")
 
 
+def test_what_is_done_in_a_pause_comes_with_the_next_step(panel: Page) -> None:
+    panel.click("#pause")
+    panel.wait_for(f"{STATUS} == 'paused'")
+    panel.click(".switch")
+    later = "[...document.querySelectorAll('.later')].filter((one) => !one.hidden).length"
+    assert panel.evaluate(later) == 1
+    panel.click("#step")
+    panel.wait_for("document.querySelector('.switch').getAttribute('aria-checked') == 'true'")
+    panel.wait_for(f"{later} == 0")
+    panel.click("#pause")
+    panel.wait_for(f"{STATUS}.startsWith('running')")
+    panel.click(".switch")
+
+
+def test_a_number_out_of_range_stays_marked(panel: Page) -> None:
+    number = "document.querySelector('.entry input')"
+    panel.evaluate(f"{number}.value = 9, {number}.dispatchEvent(new Event('change'))")
+    time.sleep(0.5)  # states come meanwhile
+    assert panel.evaluate(f"{number}.value") == "9"
+    assert panel.evaluate(f"{number}.nextSibling.textContent") == "has to be in 0 … 1.5"
+    panel.evaluate(f"{number}.value = 1, {number}.dispatchEvent(new Event('change'))")
+    assert panel.evaluate(f"{number}.nextSibling.textContent") == "0 … 1.5"
+
+
 # The timeline.
 
 
@@ -206,3 +230,33 @@ def test_a_recording_opens_where_it_went_wrong(page: Page, tmp_path: Path) -> No
         assert page.evaluate(verdicts) == [f"violated at {at_s:.2f} s"]
         mark = page.evaluate("document.querySelector('.mark.violation').ariaLabel")
         assert float(mark.split()[0]) == pytest.approx(at_s, abs=0.01)
+
+
+# The end of a run.
+
+
+def test_a_page_that_is_opened_after_the_end_says_how_it_ended(page: Page, tmp_path: Path) -> None:
+    says = "document.getElementById('status')?.textContent.match(/^completed, .*exit code 0$/)?.[0]"
+    with page_run(tmp_path, "run", GATE, "--ui", "--duration", 1) as run:
+        page.open(run.url)
+        page.wait_for(says, END_S)
+        page.open("about:blank")
+        page.open(run.url)
+        page.wait_for(says)
+
+
+# What the machine waits for.
+
+
+def test_why_is_of_one_step_and_begins_with_what_is_waited_for(page: Page, paused: PageRun) -> None:
+    page.size(1600, 1000)
+    page.open(paused.url)
+    page.wait_for(f"{LIT} == 'passing'")
+    page.wait_for("document.querySelector('.where b').textContent == 'passing'")
+    first = "document.querySelector('#reasons .line.condition.judged .text').textContent"
+    page.wait_for(f"{first}.startsWith('terminal parcel_gone')")
+    assert page.evaluate("document.querySelector('#reasons details').open") is False
+    folded = "document.querySelector('#reasons details').textContent"
+    assert "Would stop iferror never: False" in page.evaluate(f"{folded}.replace(/[●○–]/g, '')")
+    assert page.evaluate("document.querySelectorAll('#reasons details .need').length") == 0
+    assert page.evaluate("document.querySelectorAll('#reasons > .lines > .line .need').length") > 0

@@ -44,6 +44,7 @@ from specc.tools.page.moments import (
     lines_of,
     part_of,
     states_of,
+    unsent_of,
     values_of,
     why_of,
 )
@@ -98,6 +99,12 @@ class RunHistory:
         with self._lock:
             place = bisect_right(self._times, time_s + _ROUNDING_S)
             return self._texts[place - 1] if place else None
+
+    def after(self, time_s: float) -> bytes | None:
+        """The first state after that."""
+        with self._lock:
+            place = bisect_right(self._times, time_s + _ROUNDING_S)
+            return self._texts[place] if place < len(self._texts) else None
 
     def between(self, begin_s: float, end_s: float) -> list[bytes]:
         """The states of a stretch of time, with the one before it."""
@@ -192,6 +199,7 @@ class LiveRun:
         """Begin with nothing."""
         self._history = RunHistory()
         self._state: Message = {}
+        self._end: Message | None = None
         self._news: Message = {}
         """What the run sent of the present since then."""
         self._followed: dict[str, FollowedSignal] = {}
@@ -245,7 +253,9 @@ class LiveRun:
                 text = "the page could not keep up: some of what happened is missing"
                 self._mark([{"time_s": self._time_s, "kind": "lost", "text": text}], server)
             case {"kind": "stopped" | "end" | "refused" | "starting" as kind}:
-                server.tell({"type": kind, **{k: v for k, v in message.items() if k != "kind"}})
+                found = {name: value for name, value in message.items() if name != "kind"}
+                self._end = found if kind == "end" else self._end
+                server.tell({"type": kind, **found})
             case _:
                 raise Refused("it is of no known kind")
 
@@ -306,6 +316,7 @@ class LiveRun:
             "begin_s": begin.get("begin_s") or 0.0,
             "repeats_until_s": begin.get("repeats_until_s") or 0.0,
             "end_s": None,
+            "end": self._end,
             "duration_s": begin.get("duration_s"),
             "notice": [],
             "cameras": begin.get("cameras") or [],
@@ -396,7 +407,9 @@ class LiveRun:
 
     def why(self, machine: str, time_s: float | None) -> Message:
         """See `Source`."""
-        one = steps_of_state(self._at(time_s)).get(machine)
+        one, unsent = self._step(machine, time_s)
+        if unsent is not None:
+            return {"machine": machine, "time_s": time_s, "lines": unsent_of(machine, *unsent)}
         if one is not None:
             until_s, rows = one.step["time"] + _ROUNDING_S, self._rows.get(machine, [])
             place = bisect_right(rows, until_s, key=lambda each: each.begin_s)
@@ -405,6 +418,22 @@ class LiveRun:
         at_s = self._time_s if time_s is None else time_s
         known = one if machine in self._description.subsystems else None
         return {"machine": machine, "time_s": at_s, "lines": why_of(self._explainer, known)}
+
+    def _step(
+        self, machine: str, time_s: float | None
+    ) -> tuple[LastStep | None, StateChange | None]:
+        """The last step until a time that is kept; the next one if only that has its state.
+
+        If none has it, also the change to that state.
+        """
+        one = steps_of_state(self._at(time_s)).get(machine)
+        for last in self._changes(machine, time_s)[-1:] if time_s is not None else ():
+            if one is None or one.step["time"] < last.time_s:
+                text = self._history.after(time_s or 0.0)
+                later = steps_of_state(_loaded(text)).get(machine) if text is not None else None
+                has_state = later is not None and later.step["state"] == last.state
+                return (later, None) if has_state else (one, last)
+        return one, None
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""

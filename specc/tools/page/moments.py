@@ -134,6 +134,17 @@ def why_of(explainer: Explainer, one: SeenStep | None) -> list[Message]:
     return [_as_data(line) for line in explainer.lines(one)]
 
 
+def unsent_of(machine: str, since_s: float, state: str, row: str) -> list[Message]:
+    """The lines about a state of which the run sent no step: nobody had the page open."""
+    since = f"{since_s:.6g} s"
+    lines = (
+        WhyLine(f"{machine} at {since}: in {state} since {since}, entered then", 0, "state"),
+        *([WhyLine(f"by {row}", 1, "row")] if row else []),
+        WhyLine("why is not known: no page was open, so few steps were sent", 1, "condition"),
+    )
+    return [_as_data(line) for line in lines]
+
+
 def _as_data(line: WhyLine) -> Message:
     return {
         "text": line.text,

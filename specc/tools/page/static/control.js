@@ -1,11 +1,13 @@
 /** Control of the run, or of playing a recording: buttons, keys, and starting again. */
 
 import { showBreakpoints } from "./breakpoints.js";
-import { button, byId, html, seconds, setText } from "./dom.js";
+import { button, byId, html, seconds, setText, svg } from "./dom.js";
 import { say } from "./notices.js";
 import { on, page } from "./state.js";
-import { jumpMark, jumpTransition, showAll, zoom } from "./timeline.js";
+import { jumpMark, jumpTransition, SHAPES, showAll, zoom } from "./timeline.js";
 
+const MOST_VALUES = 2;
+/** Of constants that were set, beside the seed. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 // Playing a recording: the page moves its cursor itself.
@@ -90,7 +92,7 @@ const speed = html(
 );
 const breaks = button("Breakpoints", "Breakpoints (b)", showBreakpoints, { id: "breaks" });
 const again = button("Start again…", "", showRestart, { id: "again" });
-const help = button("?", "Keys (?)", showHelp, { id: "keys", "aria-label": "Keys" });
+const help = button("?", "Help (?)", showHelp, { id: "keys", "aria-label": "Help" });
 byId("controls").append(pause, stepping, speed, breaks, again, help);
 byId("follow").addEventListener("click", () => page.look(null));
 byId("take").addEventListener("click", () => page.send({ type: "take" }));
@@ -145,17 +147,35 @@ function showStatus() {
   } else if (now?.status === "running" && !page.isFile) {
     words = page.hello.real_time ? "running in real time" : `running ${factorWords(now)}`;
   }
+  const ending = now?.status === "ended" && !page.isFile ? page.end : null;
+  if (ending) {
+    words = endWords(ending);
+  }
   const late = Object.entries(now?.real_time ?? {});
-  if (late.length) {
+  if (late.length && !ending) {
     const worst = Math.max(...late.map(([, { late_ms }]) => late_ms));
     words += `, ${worst.toFixed(1)} ms late`;
   }
   const state = page.connected ? (now?.status ?? "") : "lost";
   chip.className = `chip is-${page.isFile && page.connected ? "file" : state}`;
+  chip.classList.toggle("has-failed", ending?.ended === "fault");
   setText(chip, page.connected ? words : "not connected");
   chip.hidden = page.connected && !words;
-  chip.title = page.clients > 1 ? `${page.clients} pages are open` : "";
+  const faults = (ending?.report?.faults ?? []).map((one) => `${one.culprit}: ${one.message}`);
+  const pages = page.clients > 1 ? [`${page.clients} pages are open`] : [];
+  chip.title = [...faults, ...pages].join("\n");
   byId("take").hidden = page.isFile || page.controls || !page.connected;
+}
+
+/** How a run ended: `completed, 2 cycles, exit code 0`, `fault of arm.c, exit code 1`. */
+function endWords({ ended, exit_code, report }) {
+  const cycles = page.marks.filter((mark) => mark.kind === "cycle").length;
+  const culprit = ended === "fault" ? report?.faults?.[0]?.culprit : "";
+  return [
+    culprit ? `fault of ${culprit}` : ended,
+    ...(cycles ? [`${cycles} cycle${cycles > 1 ? "s" : ""}`] : []),
+    `exit code ${exit_code}`,
+  ].join(", ");
 }
 
 /** How fast simulated time goes: as it should, or as it does where that is slower. */
@@ -166,12 +186,16 @@ function factorWords({ speed: wanted, factor }) {
 }
 
 function showAbout() {
-  const { title, source, file, seed } = page.hello;
+  const { title, source, file, seed, set = {} } = page.hello;
   setText(byId("title"), title);
   document.title = `${title} – specc`;
   const chip = byId("source");
   chip.hidden = false;
-  setText(chip, source === "live" ? `live, seed ${seed}` : `${file}, seed ${seed}`);
+  const values = Object.entries(set).map(([name, text]) => `${name}=${text}`);
+  const more = values.length > MOST_VALUES ? [`${values.length - MOST_VALUES} more set`] : [];
+  const run = [source === "live" ? "live" : file, `seed ${seed}`];
+  setText(chip, [...run, ...values.slice(0, MOST_VALUES), ...more].join(", "));
+  chip.title = [...run, ...values].join("\n");
   show();
 }
 
@@ -274,19 +298,40 @@ const KEYS = [
   ["← →", "on a state: through the rows that leave it; Escape: back"],
   ["Escape", "leave an enlarged card"],
 ];
+const OTHERS = [
+  ["Speed", "simulated seconds in a second; max: as fast as it can"],
+  ["Start again", "from the beginning or from the time shown, with other constants if wanted"],
+  ["Panel", "Space or Enter press its buttons; a hold button is on only while it is held"],
+];
+const MARKS = [
+  ["fault", "a fault"],
+  ["violation", "a requirement is violated"],
+  ["disturbance", "a disturbance of the task"],
+  ["change", "a live constant was changed, or the panel operated"],
+  ["cycle", "a cycle has ended"],
+  ["break", "the run stopped at a breakpoint"],
+];
+
+function markSign(kind) {
+  const path = svg("path", { d: SHAPES[kind] });
+  const sign = svg("g", { class: `mark ${kind}` }, path);
+  return svg("svg", { width: 16, height: 16, viewBox: "-8 -8 16 16", "aria-hidden": "true" }, sign);
+}
+
+function entries(pairs) {
+  const items = pairs.flatMap(([sign, words]) => [html("dt", {}, sign), html("dd", {}, words)]);
+  return html("dl", { class: "keys" }, ...items);
+}
 
 function showHelp() {
   const dialog = byId("help");
   dialog.replaceChildren(
-    html("h2", { id: "help-title" }, "Keys"),
-    html(
-      "dl",
-      { class: "keys" },
-      ...KEYS.flatMap(([key, words]) => [
-        html("dt", {}, html("kbd", {}, key)),
-        html("dd", {}, words),
-      ]),
-    ),
+    html("h2", { id: "help-title" }, "Keys, buttons and marks"),
+    entries(KEYS.map(([key, words]) => [html("kbd", {}, key), words])),
+    html("h3", {}, "Buttons and the panel"),
+    entries(OTHERS),
+    html("h3", {}, "Marks of the timeline"),
+    entries(MARKS.map(([kind, words]) => [markSign(kind), words])),
     html("form", { method: "dialog", class: "ends" }, html("button", {}, "Close")),
   );
   dialog.showModal();
@@ -325,7 +370,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 on("hello", showAbout);
-on("now cursor control connection breakpoints machine", show);
+on("now end marks cursor control connection breakpoints machine", show);
 on("now", () => {
   const value = page.now.speed === null ? "max" : String(page.now.speed);
   if (!page.isFile && document.activeElement !== speed) {

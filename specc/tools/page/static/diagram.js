@@ -2,10 +2,12 @@
 
 import { html, parseSvg } from "./dom.js";
 
-const LEAST = 0.84;
+const LEAST = 0.8;
 /** Pixels for a unit of a picture, whose text is 10 units high; smaller is not legible. */
 const NATURAL = 4 / 3;
 const MOST = 1.5;
+const MOST_ALONE = 2.5;
+/** In a card that fills the place of all. */
 const MARGIN = 4;
 const NARROW = matchMedia("(max-width: 699px)");
 const CALM = matchMedia("(prefers-reduced-motion: reduce)");
@@ -75,7 +77,8 @@ export class Diagram {
     }
     const { clientWidth: width, clientHeight: height } = this.container;
     const fitting = Math.min(width / this.width, height / this.height);
-    const scale = NARROW.matches ? NATURAL : Math.max(LEAST, Math.min(MOST, fitting));
+    const most = this.container.closest(".large") ? MOST_ALONE : MOST;
+    const scale = NARROW.matches ? NATURAL : Math.max(LEAST, Math.min(most, fitting));
     this.svg.setAttribute("width", Math.floor(this.width * scale));
     this.svg.setAttribute("height", Math.floor(this.height * scale));
     const element = this.centred;

@@ -24,7 +24,30 @@ function releaseAll() {
   }
 }
 
-const operate = (element, value) => page.send({ type: "panel", name: element.name, value });
+function operate(element, value) {
+  page.send({ type: "panel", name: element.name, value });
+  promise(element.name);
+}
+
+/** Name -> what says that a value comes with the next step. */
+let promises = new Map();
+
+/** A run that is paused takes what was done when it goes on. */
+function promise(name) {
+  const line = promises.get(name);
+  if (line && page.now?.status === "paused") {
+    line.hidden = false;
+    line.step_s = page.now.time_s;
+  }
+}
+
+function keepPromises() {
+  for (const line of promises.values()) {
+    if (!line.hidden && (page.now.status !== "paused" || page.now.time_s > line.step_s)) {
+      line.hidden = true;
+    }
+  }
+}
 
 // One function for each kind of element: its control, and how it shows a value.
 
@@ -71,6 +94,7 @@ function holdButton(element) {
     page.send({ type: "release", name: element.name });
     timer = setInterval(sign, SIGN_OF_LIFE_MS);
     releases.add(release);
+    promise(element.name);
     control.classList.add("held");
     sign();
   };
@@ -175,17 +199,24 @@ function numberField(element, send) {
   });
   const range = html("span", { class: "range" }, rangeWords(element));
   const control = html("div", { class: "entry" }, field, range);
+  const mark = (is_right) => {
+    field.setAttribute("aria-invalid", String(!is_right));
+    const words = rangeWords(element);
+    setText(range, is_right ? words : `has to be ${whole ? "a whole number " : ""}in ${words}`);
+  };
   field.addEventListener("change", () => {
     const is_right = field.value !== "" && field.validity.valid;
-    field.setAttribute("aria-invalid", String(!is_right));
+    mark(is_right);
     if (is_right) {
       send(Number(field.value));
     }
   });
   const show = (value) => {
-    if (document.activeElement !== field) {
+    // What is wrong stays until it is corrected, or emptied.
+    const is_wrong = field.getAttribute("aria-invalid") === "true" && field.value !== "";
+    if (document.activeElement !== field && !is_wrong) {
       field.value = Number(Number(value).toPrecision(6));
-      field.setAttribute("aria-invalid", "false");
+      mark(true);
     }
   };
   return { control, show };
@@ -204,11 +235,14 @@ const KINDS = {
 function labelled(element, { control, show }, index) {
   const id = `widget-${index}`;
   const title = element.title || element.name.slice(element.name.lastIndexOf(".") + 1);
-  const key = element.key ? html("kbd", { title: "Its key with --keys" }, element.key) : null;
-  const name = html("span", { class: "label", id, title: element.name }, title, key);
+  const words = element.key ? `${element.name}; with --keys: ${element.key}` : element.name;
+  const name = html("span", { class: "label", id, title: words }, title);
   const target = control.querySelector("input:not([type=radio])") ?? control;
   target.setAttribute("aria-labelledby", id);
   const kind = element.kind ?? "number";
+  const later = html("span", { class: "later", role: "status", hidden: true }, "with the next step");
+  promises.set(element.name, later);
+  name.append(later);
   return [html("div", { class: `widget of-${kind}` }, name, control), show];
 }
 
@@ -217,6 +251,7 @@ function build() {
   const { panel, live } = page.hello;
   widgets = new Map();
   constants = new Map();
+  promises = new Map();
   byId("operate").hidden = panel.length + live.length === 0;
   byId("cards").classList.toggle("has-operate", panel.length + live.length > 0);
   setText(byId("operate-title"), panel.length ? "Operator’s panel" : "Live constants");
@@ -227,7 +262,10 @@ function build() {
     return row;
   });
   const entries = live.map((constant, index) => {
-    const send = (value) => page.send({ type: "set", name: constant.name, value });
+    const send = (value) => {
+      page.send({ type: "set", name: constant.name, value });
+      promise(constant.name);
+    };
     const entry = numberField(constant, send);
     const [row, show] = labelled(constant, entry, panel.length + index);
     show(constant.value);
@@ -283,6 +321,7 @@ on("hello", build);
 on("control connection", () => page.hello && lock());
 on("now", () => {
   showValues();
+  keepPromises();
   if (page.now.status !== status) {
     status = page.now.status;
     lock();

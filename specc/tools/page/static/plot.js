@@ -1,13 +1,19 @@
 /** The plot of a signal in a window of time: lines of numbers, steps of words, the cursor. */
 
 import { html, number, svg } from "./dom.js";
+import { page } from "./state.js";
 
 const HEIGHT = 54;
 const TOP = 4;
-const LEFT = 52;
+const LEFT = 58;
 const RIGHT = 6;
 const PAD = 3;
 /** Between lines and the edge of their area. */
+const BETWEEN_S = 0.1;
+/** Between states that a run at speed 1 sends to a page that is open. */
+const LEAST_GAP_S = 0.5;
+const SPARSE =
+  "Points without a line: the run sent its states once a second until the page was opened.";
 
 /**
  * Components that share an axis: those of one unit; each with its number.
@@ -36,21 +42,39 @@ function extent(lines) {
   return least > greatest ? null : [least, greatest];
 }
 
-/** The path of a line; steps where values are words, gaps where there is none. */
-function pathOf(t, line, x, y, is_stepped) {
-  let path = "";
-  let is_inside = false;
+/** Samples of a run that are further apart than this have no line between them. */
+function leastGap_s(t) {
+  if (page.isFile) {
+    return Infinity;
+  }
+  const apart = t.slice(1).map((time_s, place) => time_s - t[place]);
+  const usual_s = apart.sort((a, b) => a - b)[apart.length >> 2] ?? 0;
+  const wanted_s = BETWEEN_S * Math.max(1, page.now?.factor ?? 1);
+  return Math.max(LEAST_GAP_S, 3 * Math.min(usual_s, wanted_s));
+}
+
+/**
+ * The path of a line, and that of points beside which there is none: steps where values are words,
+ * gaps where there is no value.
+ */
+function pathsOf(t, line, x, y, is_stepped) {
+  const gap_s = is_stepped ? Infinity : leastGap_s(t);
+  let [path, points] = ["", ""];
+  let before = -1;
   line.forEach((value, place) => {
     if (value === null) {
-      is_inside = false;
       return;
     }
     const [across, down] = [x(t[place]).toFixed(1), y(value).toFixed(1)];
     const onwards = is_stepped ? `H${across}V${down}` : `L${across} ${down}`;
-    path += is_inside ? onwards : `M${across} ${down}`;
-    is_inside = true;
+    const is_near = (other) => Math.abs(t[place] - t[other]) <= gap_s;
+    path += before === place - 1 && place > 0 && is_near(before) ? onwards : `M${across} ${down}`;
+    if (![place - 1, place + 1].every((other) => t[other] === undefined || is_near(other))) {
+      points += `M${across} ${down}h0`;
+    }
+    before = place;
   });
-  return path;
+  return [path, points];
 }
 
 /**
@@ -96,8 +120,12 @@ function draw(parts, lines, series, cursor_s, width) {
     const down = HEIGHT - 2 * (TOP + PAD);
     const y = (value) => TOP + PAD + ((high - value) / (high - low)) * down;
     for (const [at, line] of lines.entries()) {
-      const path = pathOf(series.t, line, x, y, words.length > 0);
+      const [path, points] = pathsOf(series.t, line, x, y, words.length > 0);
       area.append(svg("path", { class: `line line-${at % 6}`, d: path }));
+      if (points) {
+        const title = svg("title", {}, SPARSE);
+        area.append(svg("path", { class: `line points line-${at % 6}`, d: points }, title));
+      }
     }
     const ends = greatest === least ? [least] : [least, greatest];
     for (const value of words.length > 2 ? words.keys() : ends) {
@@ -112,6 +140,6 @@ function draw(parts, lines, series, cursor_s, width) {
 }
 
 function label(text, y) {
-  const short = text.length > 9 ? `${text.slice(0, 8)}…` : text;
+  const short = text.length > 10 ? `${text.slice(0, 9)}…` : text;
   return svg("text", { x: LEFT - 4, y: y + 3.5, "text-anchor": "end" }, short);
 }

@@ -17,7 +17,8 @@
  *   whole: boolean}} LiveConstant
  *
  * @typedef {{type: "hello", source: "live"|"file", file?: string, title: string, system: string,
- *   seed: number, real_time: boolean, begin_s: number, repeats_until_s?: number, end_s: number|null, notice: string[],
+ *   seed: number, real_time: boolean, begin_s: number, repeats_until_s?: number,
+ *   end_s: number|null, end?: End|null, notice: string[],
  *   machines: Machine[], structure: string|null, signals: Signal[],
  *   requirements: {that: string, because: string, place: string, constants: Object<string, string>,
  *   reasons?: string[]}[], cameras: string[],
@@ -48,7 +49,8 @@
  * @typedef {{type: "why", id: number, machine: string, time_s: number, lines: WhyLine[]}} Why
  * @typedef {{type: "series", id: number, name: string, begin_s: number, end_s: number,
  *   t: number[], lines: (number|null)[][], words: string[]}} Series
- * @typedef {{type: "end", ended: string, exit_code: number}} End
+ * @typedef {{ended: string, exit_code: number,
+ *   report?: {faults: {culprit: string, message: string, time_s: number}[]}}} End
  * @typedef {[number, number|null, string]} Span Begin, end or null, and state.
  * @typedef {{time_s: number, text: string, kind: "fault"|"violation"|"disturbance"|"change"|
  *   "panel"|"cycle"|"break"|"lost"}} Mark

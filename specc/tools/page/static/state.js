@@ -78,6 +78,8 @@ export const page = {
   /** The time that is looked at; null while the page follows the run or shows the end. */
   cursor: null,
   machine: "",
+  /** How a run ended. @type {import("./protocol.js").End|null} */
+  end: null,
   /** @type {Object<string, import("./protocol.js").Span[]>} */
   spans: {},
   /** @type {import("./protocol.js").Mark[]} */
@@ -190,6 +192,7 @@ function takeHello(message) {
   page.hello = message;
   page.controls = message.controls;
   page.now = null;
+  page.end = message.end ?? null;
   page.cursor = is_same && page.isFile ? page.cursor : null; // after a lost connection
   page.playing = false;
   page.stepping = false;
@@ -272,6 +275,9 @@ export function take(message) {
       break;
     case "marks":
       takeMarks(message);
+      break;
+    case "end":
+      page.end = message;
       break;
     case "control":
       page.controls = message.controls;

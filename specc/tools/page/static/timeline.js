@@ -24,7 +24,7 @@ const WORDS = {
   fault: "fault", violation: "violated", disturbance: "disturbance", change: "changed",
   panel: "operator", cycle: "cycle", break: "stopped",
 };
-const SHAPES = {
+export const SHAPES = {
   fault: "M-4-4L4 4M4-4L-4 4",
   violation: "M0-5L5 0L0 5L-5 0Z",
   disturbance: "M-4.5-4H4.5L0 4Z",

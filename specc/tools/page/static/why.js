@@ -1,7 +1,7 @@
 /** Why the chosen machine is where it is, in the words of `specc why`, and what is missing. */
 
 import { breakpointButton } from "./breakpoints.js";
-import { byId, debounce, html, placeOf, seconds, setText } from "./dom.js";
+import { byId, debounce, html, placeOf, setText } from "./dom.js";
 import { stateWords } from "./machine.js";
 import { on, page, Question } from "./state.js";
 
@@ -20,7 +20,7 @@ const body = html("div", { class: "lines" });
 reasons.append(head, body);
 
 /** Titles of groups that were opened or closed by hand. */
-const opened = new Map([["Sent", false], ["Last transitions", true]]);
+const opened = new Map([["Would stop if", false], ["Sent", false], ["Last transitions", true]]);
 let shape = "";
 let texts = [];
 let last_ms = 0;
@@ -54,7 +54,10 @@ function askInTime() {
   }
 }
 
-// Where it is: known before the reasons come.
+/** After the last moment of a run, which perhaps came too soon after the one before. */
+const askLast = debounce(askInTime, BETWEEN_MS + REST_MS);
+
+// Where it was in the step that the reasons are of.
 
 const where = {
   state: html("b", { class: "current" }),
@@ -63,30 +66,27 @@ const where = {
 };
 head.append(where.state, where.title, where.since);
 
-function showWhere() {
-  const standing = page.shown.states[page.machine];
-  const machine = page.chosen;
-  if (!standing || !machine) {
+/** `gate.c at 2.5 s (stamp 50): in lifting in working since 1.2 s, for 1.3 s` */
+const STANDING =
+  /^(\S+ s)(?: \(stamp \d+\))?: in (\S+)(.*?)(?: since (\S+ s), (.*)|, since when .*)$/;
+
+/** @param {import("./protocol.js").WhyLine|undefined} line that says where the machine is */
+function showWhere(line) {
+  const words = line?.text.slice(`${page.machine} at `.length).match(STANDING);
+  where.state.classList.remove("error");
+  if (!words) {
     setText(where.state, page.machine);
-    setText(where.title, page.isFile ? "no step is known at this time" : "has made no step yet");
+    setText(where.title, "");
     setText(where.since, "");
     return;
   }
-  const state = machine.states.find((one) => one.name === standing.state);
-  setText(where.state, standing.state);
+  const [, at, name, modes, since, lasted] = words;
+  const state = page.chosen?.states.find((one) => one.name === name);
+  setText(where.state, name);
   where.state.classList.toggle("error", Boolean(state?.is_error));
-  const title = stateWords(machine, standing.state).slice(standing.state.length + 3);
-  const modes = state?.modes.length ? `in ${[...state.modes].reverse().join(" in ")}` : "";
-  setText(where.title, [title, modes].filter(Boolean).join(", "));
-  const { since_s } = standing;
-  const lasted_s = since_s === null ? 0 : Math.max(0, page.shown.time_s - since_s);
-  const digits = Math.min(page.digits, 3);
-  setText(
-    where.since,
-    since_s === null
-      ? ""
-      : `since ${seconds(since_s, digits)}, for ${seconds(lasted_s, digits)}`,
-  );
+  const title = stateWords(page.chosen, name).slice(name.length + 3);
+  setText(where.title, [title, modes.trim()].filter(Boolean).join(", "));
+  setText(where.since, since ? `since ${since}, ${lasted}; step of ${at}` : `step of ${at}`);
 }
 
 // The reasons.
@@ -145,7 +145,7 @@ function lineOf(line) {
 /** Put a text in, with what is needed told apart. */
 function write(element, line) {
   const words = line.role === "past" ? line.text.replace(TIME, "") : line.text;
-  const [value, need] = line.role === "reason" ? splitNeed(words) : [words, ""];
+  const [value, need] = line.is_wanted ? splitNeed(words) : [words, ""];
   const time = line.role === "past" && line.text.match(TIME);
   element.replaceChildren(
     ...(time ? [html("span", { class: "at" }, `${time[1]} s`)] : []),
@@ -177,6 +177,32 @@ function group(title, elements) {
   return details;
 }
 
+/**
+ * What lets the machine go on first: each line with the group in which it stands, and whether what
+ * it needs is wanted. The lines below a condition belong to it.
+ * @param {import("./protocol.js").WhyLine[]} lines
+ */
+function judged(lines) {
+  const is_taken = lines.some(({ role, depth, truth }) => role === "row" && depth > 1 && truth);
+  let group = "";
+  let is_wanted = false;
+  const found = lines.map((line) => {
+    const { role, depth, truth, text } = line;
+    if (role === "sent" || role === "past") {
+      return { ...line, group: role, is_wanted: false };
+    }
+    if (depth <= 2) {
+      const is_error = /^(rows of )?error[ :]/.test(text);
+      const is_decided = truth !== null || ASIDE.test(text);
+      group = is_error && !truth && is_decided ? "error" : role === "row" && depth > 1 ? "row" : "";
+      is_wanted = truth === false && group !== "error" && !is_taken;
+    }
+    return { ...line, group, is_wanted: is_wanted && role === "reason" };
+  });
+  const ranks = ["", "row", "error", "sent", "past"];
+  return found.sort((a, b) => ranks.indexOf(a.group) - ranks.indexOf(b.group));
+}
+
 /** Whether a line says what stands above all lines. */
 function isHead({ role, text }) {
   return role === "state" && text.startsWith(`${page.machine} at `);
@@ -184,13 +210,14 @@ function isHead({ role, text }) {
 
 /** @param {import("./protocol.js").Why} message */
 function show(message) {
-  const lines = message.lines
-    .map((line) => ({ ...line, text: line.text.trim() }))
-    .filter((line) => line.text !== "last transitions:" && !isHead(line));
+  const all = message.lines.map((line) => ({ ...line, text: line.text.trim() }));
+  showWhere(all.find(isHead));
+  const lines = judged(all.filter((one) => one.text !== "last transitions:" && !isHead(one)));
   const keys = lines.map((line) => {
     const stop = breakpointOf(line);
     const time = line.role === "past" ? line.text : "";
-    return [line.role, line.depth, line.truth, line.place, time, JSON.stringify(stop)].join("|");
+    const { role, depth, truth, place, group } = line;
+    return [role, depth, truth, place, group, time, JSON.stringify(stop)].join("|");
   });
   const marks = JSON.stringify(page.breakpoints);
   const own = `${message.machine}\n${page.controls}\n${marks}\n${keys.join("\n")}`;
@@ -209,11 +236,12 @@ function show(message) {
 function build(lines) {
   const pairs = lines.map(lineOf);
   texts = pairs.map(([, text]) => text);
-  const ofRole = (role) => pairs.filter((_, at) => lines[at].role === role).map(([one]) => one);
-  const [sent, past] = [ofRole("sent"), ofRole("past")];
-  const others = pairs.filter((_, at) => !["sent", "past"].includes(lines[at].role));
+  const of = (name) => pairs.filter((_, at) => lines[at].group === name).map(([one]) => one);
+  const [errors, sent, past] = ["error", "sent", "past"].map(of);
   body.replaceChildren(
-    ...others.map(([one]) => one),
+    ...of(""),
+    ...of("row"),
+    ...(errors.length ? [group("Would stop if", errors)] : []),
     ...(sent.length ? [group("Sent", sent)] : []),
     ...(past.length ? [group("Last transitions", past.reverse())] : []),
   );
@@ -221,18 +249,21 @@ function build(lines) {
 
 on("why", (message) => {
   if (asking.answers(message) && message.machine === page.machine) {
+    if (page.cursor === null) {
+      asked = `${message.machine} ${message.time_s}`; // the present has gone on perhaps
+    }
     show(message);
   }
 });
 on("breakpoints control", () => page.hello && ask());
 on("cursor", () => (page.playing ? askInTime() : askAtRest()));
-on("machine", ask);
-on("hello", () => {
+on("machine hello", () => {
   shape = "";
   body.replaceChildren();
+  showWhere();
   ask();
 });
 on("shown", () => {
-  showWhere();
   askInTime();
+  askLast();
 });
