@@ -42,7 +42,7 @@ def renew() -> None:
                 page.open(run.url)
                 page.wait_for("document.querySelector('#states .state')")
                 page.key(" ")
-                page.wait_for(f"{STATUS} == 'paused'")
+                page.wait_for(f"{STATUS}.startsWith('paused')")
                 page.evaluate(f"localStorage.setItem('specc signals of tray_cell', '{CHOSEN}')")
                 page.open(f"{run.url}&again#machine=cell.c")
                 page.wait_for(f"document.querySelector('#states [id$=-s-{STATE}]')")

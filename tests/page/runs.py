@@ -85,7 +85,7 @@ def page_run(folder: Path, *words: object) -> Iterator[PageRun]:
 
 def wait_paused(page: Page, state: str) -> float:
     """The time shown, once the run is paused in a state of the chosen machine."""
-    page.wait_for(f"{LIT} == '{state}' && {STATUS} == 'paused'", END_S)
+    page.wait_for(f"{LIT} == '{state}' && {STATUS}.startsWith('paused')", END_S)
     time_s: float = page.evaluate(TIME)
     return time_s
 

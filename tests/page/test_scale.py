@@ -80,7 +80,7 @@ def test_many_states_without_a_picture_are_a_list(odd: Path, page: Page, tmp_pat
         assert page.evaluate("document.querySelectorAll('.state-list .lit').length") == 1
         assert "not legible" in page.evaluate("document.querySelector('#states').textContent")
         in_page(page, "page.send({type: 'pause'})")
-        page.wait_for("document.getElementById('status').textContent == 'paused'")
+        page.wait_for("document.getElementById('status').classList.contains('is-paused')")
         page.click(".state-list .state:nth-child(230)")
         page.wait_for("document.querySelector('.state-list .breakpoint')")
         assert labels(page, ".state-list .breakpoint") == ["state S229, breakpoint"]

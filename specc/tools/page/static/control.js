@@ -147,6 +147,9 @@ function showStatus() {
   } else if (now?.status === "running" && !page.isFile) {
     words = page.hello.real_time ? "running in real time" : `running ${factorWords(now)}`;
   }
+  if (now?.status === "paused" && page.stop_reason) {
+    words = `paused: ${page.stop_reason}`;
+  }
   const ending = now?.status === "ended" && !page.isFile ? page.end : null;
   if (ending) {
     words = endWords(ending);

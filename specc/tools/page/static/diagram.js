@@ -95,7 +95,9 @@ export class Diagram {
 
   /** Scroll to an element, if it is another than the last one. */
   centre(element, is_smooth = !CALM.matches) {
-    if (!element || element === this.centred) {
+    // Nothing moves away from under a pointer that is about to click.
+    const is_pointed_at = this.centred && this.container.matches(":hover");
+    if (!element || element === this.centred || is_pointed_at) {
       return;
     }
     this.centred = element;

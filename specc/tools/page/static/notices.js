@@ -57,11 +57,15 @@ on("refused", (message) => say(message.text, true));
 let reason = "";
 on("stopped", (message) => {
   reason = page.stepping ? "" : message.why;
+  page.stop_reason = "";
   page.stepping = false;
 });
 on("now", (message) => {
   if (reason && message.status === "paused") {
     say(`Stopped at ${seconds(message.time_s, page.digits)}: ${reason}`);
+    page.stop_reason = reason;
     reason = "";
+  } else if (message.status === "running") {
+    page.stop_reason = "";
   }
 });

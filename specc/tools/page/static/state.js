@@ -91,6 +91,8 @@ export const page = {
   connected: false,
   playing: false,
   stepping: false,
+  /** Which breakpoint a run that is paused has come to; "" without one. */
+  stop_reason: "",
   /** Whether this page has asked for another run, and what is said of one that begins. */
   restarting: false,
   starting: "",
@@ -196,6 +198,7 @@ function takeHello(message) {
   page.cursor = is_same && page.isFile ? page.cursor : null; // after a lost connection
   page.playing = false;
   page.stepping = false;
+  page.stop_reason = "";
   page.spans = {};
   page.marks = [];
   page.shown = { time_s: message.begin_s, states: {}, values: {}, requirements: [], poses: null };
