@@ -87,6 +87,7 @@ NOT_COMPARED = {
     "Plant.observed": "what stands behind it is compared, and its types",
     "Binding.noise_units": "the noise is compared in SI units",
     "Draw.values": "the texts that they come from are compared",
+    "Widget.texts": "the values that come from them are compared",
     "DisturbanceAction.has_duration": FOLLOWS,
 }
 _PLACES = ("place",)
