@@ -26,6 +26,8 @@ from tests.page.runs import (
     wait_paused,
 )
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 GATE = "specs/conveyor_gate.yaml"
 KEPT = "tests/recording/conveyor_gate.mcap"
 MACHINE = "gate.c"

@@ -26,6 +26,8 @@ from tests.page.fake_server import shown as shown_run
 from tests.page.fake_server import written
 from tests.recording.runs import report_of
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 NO_LAYOUTS: Mapping[str, Layout] = {}
 HOT_CELL = str(ROOT / "specs" / "plants" / "hot_cell.xml")
 

@@ -103,6 +103,7 @@ def test_a_step_goes_to_the_next_one_of_the_machine(gate: Code) -> None:
         assert stamps == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.long
 def test_a_run_pauses_goes_on_and_changes_its_speed(gate: Code) -> None:
     with shown(gate, speed=1.0, duration_s=30.0) as run:
         server = run.server
@@ -203,6 +204,7 @@ def test_what_is_no_command_is_refused(gate: Code) -> None:
         assert run.server.of("state")[-1]["status"] == "paused"
 
 
+@pytest.mark.long
 def test_a_run_in_real_time_has_no_pause(tmp_path: Path) -> None:
     code = written(GATE, tmp_path, real_time=True)
     early = {"do": "break", "breakpoints": [BREAK["row"][0]]}

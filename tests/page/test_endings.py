@@ -22,6 +22,8 @@ from tests.commands import ROOT
 from tests.page.fake_server import GATE, Code, FakeServer, Shown, shown, written
 from tests.page.runs import END_S, page_run
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 PROGRAM = """
 import sys
 from pathlib import Path

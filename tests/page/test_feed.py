@@ -101,6 +101,7 @@ def test_a_violation_and_a_fault_are_marks(tmp_path: Path) -> None:
     assert "violated" in verdicts
 
 
+@pytest.mark.long
 def test_nothing_is_sampled_often_while_nobody_looks(gate: Code) -> None:
     with shown(gate, {"do": "watch", "clients": 0}, speed=1.0, duration_s=2.5) as run:
         run.thread.join()
@@ -108,6 +109,7 @@ def test_nothing_is_sampled_often_while_nobody_looks(gate: Code) -> None:
     assert run.server.of("spans")
 
 
+@pytest.mark.long
 def test_what_moves_comes_more_often_than_the_rest(gate: Code) -> None:
     with shown(gate, speed=1.0, duration_s=4.0) as run:
         run.thread.join()
@@ -121,6 +123,7 @@ def test_what_moves_comes_more_often_than_the_rest(gate: Code) -> None:
     assert whole[-2]["time_s"] == whole[-1]["time_s"] == 4.0
 
 
+@pytest.mark.long
 def test_the_pace_is_not_measured_over_a_pause(gate: Code) -> None:
     with shown(gate, speed=1.0, duration_s=6.0) as run:
         server = run.server
@@ -154,6 +157,7 @@ def test_a_recording_has_the_verdicts(gate: Code, tmp_path: Path) -> None:
     assert all(gap >= 0.5 - 1e-6 for gap in between)
 
 
+@pytest.mark.long
 def test_steps_that_other_processes_make_are_seen(gate: Code, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     assert main.run(gate.options(duration_s=3.0, record=file)) == 0

@@ -14,6 +14,8 @@ from tests.commands import specc
 from tests.page.browser import Browser, Page
 from tests.page.runs import END_S, LIT, STATUS, TIME, PageRun, page_run, wait_paused
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 DESK = "tests/cases/plant/ok-panel.yaml"
 GATE = "specs/conveyor_gate.yaml"
 HOLD = "document.querySelector('.hold')"

@@ -133,6 +133,7 @@ def test_series_are_what_plot_writes(run: FakeRun) -> None:
                     assert f"{value:.12g}" == known[-1]
 
 
+@pytest.mark.long
 def test_the_plot_of_a_signal_that_is_followed_grows() -> None:
     name, index = "gate.eye.x.R.d", Index(KEPT)
     with fake_run(str(CONVEYOR)) as run, run.visit() as visitor:

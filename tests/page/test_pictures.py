@@ -13,6 +13,8 @@ from specc.tools.graph.page import machine_picture, structure_picture
 from tests.page.browser import Page
 from tests.page.looks import OUTSIDE
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 FONTS = ("DejaVu Sans", "Liberation Sans")
 """The second is as wide as Arial and Helvetica, the first 12 to 16 % wider."""
 SPECS = (

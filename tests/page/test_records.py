@@ -14,6 +14,8 @@ from tests.commands import ROOT
 from tests.page.fake_server import Code, shown, written
 from tests.recording.runs import messages, report_of
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 SPECS = {
     "conveyor_gate": "conveyor_gate.yaml",
     "three_tier": "architectures/three_tier.yaml",

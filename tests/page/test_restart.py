@@ -337,6 +337,7 @@ THIN = "document.querySelector('#restart [aria-label=thin]')"
 START_AGAIN = "document.querySelector('#restart [value=start]').click()"
 
 
+@pytest.mark.long
 def test_the_dialog_stays_open_until_the_run_begins(page: Tab, tmp_path: Path) -> None:
     with page_run(tmp_path, "run", TRAY, "--ui", "--duration", 60) as run:
         page.size(1400, 900)

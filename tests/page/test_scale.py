@@ -12,6 +12,8 @@ from tests.page.browser import Page
 from tests.page.fake import fake_run
 from tests.page.runs import ENDED, page_run
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 GATE = "specs/conveyor_gate.yaml"
 SYSTEM = """\
 specc: 1.3

@@ -24,6 +24,8 @@ from tests.house.tree import ROOT
 from tests.page.browser import Page
 from tests.page.site import site
 
+pytestmark = pytest.mark.long  # a browser or whole runs: seconds each
+
 PLANTS = ("irp6_picking", "two_cells", "two_rooms", "hot_cell", "beacons", "tray_cell")
 PLACE = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
 RED = {"r": 0.9, "g": 0.05, "b": 0.05, "a": 1}

@@ -71,6 +71,7 @@ print(json.dumps(seen))
 """
 
 
+@pytest.mark.long
 def test_nothing_that_a_recording_names_is_opened(tmp_path: Path) -> None:
     """No file beside it, none elsewhere, no module: the hook of the interpreter sees all."""
     for name in ("own.py", "evil.py"):

@@ -234,6 +234,7 @@ def _scrub(run: Any, browser: Any, end_s: float) -> float:
     return time.monotonic() - begun
 
 
+@pytest.mark.long
 def test_scrubbing_ends_at_the_last_moment(recorded: tuple[Path, Path]) -> None:
     file, _ = recorded
     with served(file) as run, run.visit() as browser:
@@ -387,6 +388,7 @@ def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
 # In the browser.
 
 
+@pytest.mark.long
 def test_the_page_shows_where_a_machine_was(page: Page) -> None:
     with served(KEPT) as run:
         page.size(1600, 1000)
@@ -408,6 +410,7 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{run.port}"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("is_specified", [False, True])
 def test_markup_is_shown_as_text(page: Page, is_specified: bool, tmp_path: Path) -> None:
     evil = "<img src=x onerror=alert(1)>"
@@ -427,6 +430,7 @@ def test_markup_is_shown_as_text(page: Page, is_specified: bool, tmp_path: Path)
         assert page.errors() == []
 
 
+@pytest.mark.long
 def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
     (tmp_path / "run.mcap").write_bytes(KEPT.read_bytes()[:100_000])
     with served(tmp_path / "run.mcap", code=3) as run:
@@ -435,6 +439,7 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
         assert page.errors() == []
 
 
+@pytest.mark.long
 def test_the_page_explains_a_violation(page: Page, tmp_path: Path) -> None:
     with served(_violated(tmp_path)) as run:
         page.open(run.url)
