@@ -16,6 +16,7 @@ from specc_runtime.recording.moment import seen_at
 from tests.commands import ROOT
 from tests.page.fake_server import Code, shown, written
 from tests.recording.runs import messages, report_of
+from tests.seeds import short
 
 RUNS = {
     "conveyor_gate": (ROOT / "specs/conveyor_gate.yaml", 3.0),
@@ -24,7 +25,7 @@ RUNS = {
 }
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", short(RUNS, 0))
 def test_steps_and_their_past_are_those_of_the_recording(name: str, tmp_path: Path) -> None:
     spec, duration_s = RUNS[name]
     package, file = written(spec, tmp_path), tmp_path / "run.mcap"

@@ -30,6 +30,8 @@ from tests.runtime.desk import ENABLE, MODE, START, N, V
 from tests.runtime.desk import SPEC as DESK
 from tests.runtime.test_live_constants import spec_in
 
+pytestmark = pytest.mark.long  # runs that begin more than once: seconds each
+
 TELEOPERATION = ROOT / "specs/architectures/teleoperation.yaml"
 
 
@@ -337,7 +339,6 @@ THIN = "document.querySelector('#restart [aria-label=thin]')"
 START_AGAIN = "document.querySelector('#restart [value=start]').click()"
 
 
-@pytest.mark.long
 def test_the_dialog_stays_open_until_the_run_begins(page: Tab, tmp_path: Path) -> None:
     with page_run(tmp_path, "run", TRAY, "--ui", "--duration", 60) as run:
         page.size(1400, 900)

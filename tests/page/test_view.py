@@ -26,7 +26,10 @@ from tests.recording.test_damage import _damaged_at
 from tests.recording.test_why_told import MOVING, _changed
 from tests.scenarios.architectures import ARCHITECTURES
 
-pytestmark = pytest.mark.no_replay("damaged, or of a specification that is gone")
+pytestmark = [
+    pytest.mark.no_replay("damaged, or of a specification that is gone"),
+    pytest.mark.long,  # recordings of whole runs: seconds each
+]
 THREE_TIER = next(a.path for a in ARCHITECTURES if a.name == "three_tier")
 ROVERS = ROOT / "specs" / "rovers.yaml"
 MOMENTS = 20
@@ -234,7 +237,6 @@ def _scrub(run: Any, browser: Any, end_s: float) -> float:
     return time.monotonic() - begun
 
 
-@pytest.mark.long
 def test_scrubbing_ends_at_the_last_moment(recorded: tuple[Path, Path]) -> None:
     file, _ = recorded
     with served(file) as run, run.visit() as browser:
@@ -388,7 +390,6 @@ def test_a_file_is_shown_while_it_is_read(recorded: tuple[Path, Path]) -> None:
 # In the browser.
 
 
-@pytest.mark.long
 def test_the_page_shows_where_a_machine_was(page: Page) -> None:
     with served(KEPT) as run:
         page.size(1600, 1000)
@@ -410,7 +411,6 @@ def test_the_page_shows_where_a_machine_was(page: Page) -> None:
         assert {url.split("/")[2] for url in page.requests()} == {f"127.0.0.1:{run.port}"}
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("is_specified", [False, True])
 def test_markup_is_shown_as_text(page: Page, is_specified: bool, tmp_path: Path) -> None:
     evil = "<img src=x onerror=alert(1)>"
@@ -430,7 +430,6 @@ def test_markup_is_shown_as_text(page: Page, is_specified: bool, tmp_path: Path)
         assert page.errors() == []
 
 
-@pytest.mark.long
 def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
     (tmp_path / "run.mcap").write_bytes(KEPT.read_bytes()[:100_000])
     with served(tmp_path / "run.mcap", code=3) as run:
@@ -439,7 +438,6 @@ def test_a_notice_says_that_a_file_was_cut(page: Page, tmp_path: Path) -> None:
         assert page.errors() == []
 
 
-@pytest.mark.long
 def test_the_page_explains_a_violation(page: Page, tmp_path: Path) -> None:
     with served(_violated(tmp_path)) as run:
         page.open(run.url)
@@ -457,7 +455,6 @@ def test_the_page_explains_a_violation(page: Page, tmp_path: Path) -> None:
         assert page.errors() == []
 
 
-@pytest.mark.long
 def test_the_flagship_with_and_without_its_specification(tmp_path: Path) -> None:
     """Its conditions call operators, and its poses, images and chains are of all kinds."""
     file, spec = tmp_path / "run.mcap", Path("specs/irp_picking.yaml")

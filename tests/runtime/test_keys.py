@@ -242,6 +242,7 @@ def test_the_terminal_is_restored_after_a_signal(
     assert run.is_canonical
 
 
+@pytest.mark.long
 def test_the_terminal_is_restored_if_a_step_never_ends(terminal: Callable[..., Terminal]) -> None:
     """Ctrl-C ends the process at last, whatever the operator catches."""
     act = 'operators: {ACT: {signature: "(n: int) -> int", python: "tests.runtime.misdeeds:act"}}\n'
