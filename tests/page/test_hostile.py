@@ -14,6 +14,8 @@ import pytest
 from tests.house.tree import ROOT
 from tests.page.fake import FakeRun, fake_run
 
+pytestmark = pytest.mark.long  # many pictures and reasons: seconds each
+
 SCRIPT = '<img src=x onerror="alert(1)">'
 CONTROLS = "\x1b[31mred\u202e\u0007"
 LONG = "long " * 100_000

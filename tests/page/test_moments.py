@@ -19,6 +19,8 @@ from tests.commands import specc
 from tests.page.fake import FakeRun, fake_run
 from tests.recording.runs import CONVEYOR, ROOT, messages
 
+pytestmark = pytest.mark.long  # many pictures and reasons: seconds each
+
 KEPT = ROOT / "tests" / "recording" / "conveyor_gate.mcap"
 MACHINES = "belt.c", "belt.drive", "gate.c", "gate.barrier", "gate.eye"
 MOMENTS = [0.0, 0.05, 0.77, 1.5, 1.55, 2.25, 2.3, 2.7, 3.1, 4.0, 5.2, 5.25, 5.95]
@@ -133,7 +135,6 @@ def test_series_are_what_plot_writes(run: FakeRun) -> None:
                     assert f"{value:.12g}" == known[-1]
 
 
-@pytest.mark.long
 def test_the_plot_of_a_signal_that_is_followed_grows() -> None:
     name, index = "gate.eye.x.R.d", Index(KEPT)
     with fake_run(str(CONVEYOR)) as run, run.visit() as visitor:
