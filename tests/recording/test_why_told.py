@@ -70,15 +70,6 @@ def test_how_near_it_was() -> None:
     assert f"      {near}" in _why(2.25, "gate.c").stdout
 
 
-def test_it_is_said_that_one_of_several_is_enough(tmp_path: Path) -> None:
-    spec = _changed(tmp_path, ("elapsed > 2.5[s]", "(elapsed > 2.5[s] or elapsed > 9[s])"))
-    assert (
-        "      one of these is enough:\n"
-        "        elapsed = 0.4 s, needs > 2.5 s: 2.1 s too little\n"
-        "        elapsed = 0.4 s, needs > 9 s: 8.6 s too little\n"
-    ) in _why(3.1, "gate.c", spec=spec).stdout
-
-
 def test_a_line_for_each_subsystem() -> None:
     assert _why(1.6).stdout == (
         "belt.c        holding  since 1.55 s  running terminal hold_asked -> holding\n"

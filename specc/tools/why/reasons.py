@@ -102,11 +102,6 @@ class Reasons:
         """The unmet operands of a conjunction, or all operands of a disjunction."""
         is_all = (expr.op == "and") is wanted
         is_met = self._moment.truth(expr, **self._bound) is wanted
-        if not is_all and not is_met:
-            yield "one of these is enough:"
-            for part in expr.operands:
-                yield from _indented(self._why(part, wanted, depth + 1))
-            return
         decided, skipped = False, []
         for part in expr.operands:
             truth = self._moment.truth(part, **self._bound)
