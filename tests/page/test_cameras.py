@@ -72,7 +72,7 @@ class Simple:
         return self.draw()
 
 
-def taken(pictures: Pictures, time_s: float) -> list[Picture]:
+def pictures_ready(pictures: Pictures, time_s: float) -> list[Picture]:
     """The pictures that are ready soon, without further ones."""
     until_s = time.monotonic() + 10
     while not (found := pictures.take(time_s)) and time.monotonic() < until_s:
@@ -91,7 +91,7 @@ def test_a_camera_of_a_model_shows_the_model() -> None:
     assert pictures.cameras == ("overview",)
     assert pictures.take(0.0) == []
     pictures.wanted(["overview", "nobody"])
-    ((camera, time_s, data),) = taken(pictures, 0.5)
+    ((camera, time_s, data),) = pictures_ready(pictures, 0.5)
     assert (camera, time_s) == ("overview", 0.5)
     width, height = SIZE_PX
     expected = plant.picture("overview", width, height)
@@ -112,7 +112,7 @@ def test_pictures_change_nothing_of_the_plant() -> None:
             plant.advance(0.005)
             found += pictures.take(0.005 * tick)
             time.sleep(0.002 if is_watched else 0)
-        found += taken(pictures, 1.0) if is_watched else []
+        found += pictures_ready(pictures, 1.0) if is_watched else []
         assert bool(found) == is_watched
         ends.append(plant.saved()["state"].tobytes())
         pictures.close()
@@ -129,7 +129,7 @@ def test_a_slow_camera_is_not_waited_for() -> None:
         assert pictures.take(0.05 * tick) == []
     assert len(plant.asked) == 1
     plant.asked[0].set_result(np.zeros((4, 6, 3), np.uint8))
-    (picture,) = taken(pictures, 5.0)
+    (picture,) = pictures_ready(pictures, 5.0)
     assert picture.time_s == 0.0 and decoded(picture.data).shape == (4, 6, 3)
 
 
@@ -183,7 +183,7 @@ def test_images_among_inputs_are_shown() -> None:
     assert pictures.take(0.0) == []
     pictures.see("/a.k/x/R/other", 0.1, np.zeros((2, 3, 3), np.uint8))
     pictures.see(topic, 0.1, np.full((2, 3, 3), 200, np.uint8))
-    (picture,) = taken(pictures, 0.3)
+    (picture,) = pictures_ready(pictures, 0.3)
     assert picture[:2] == ("a.k.x.R.rgb", 0.1)
     assert np.abs(decoded(picture.data).astype(int) - 200).max() < 5
 

@@ -47,7 +47,7 @@ class Runs(PageRuns):
         self._page = Page(ours.detach(), None)
 
 
-class Asked:
+class CommandedRun:
     """`specc run` in a thread, with what came of it."""
 
     def __init__(self, spec: Path, folder: Path, *options: object) -> None:
@@ -79,9 +79,9 @@ class Asked:
 
 
 @contextmanager
-def asked(spec: Path, *options: object) -> Iterator[Asked]:
+def commanded_run(spec: Path, *options: object) -> Iterator[CommandedRun]:
     with TemporaryDirectory() as folder:
-        run = Asked(spec, Path(folder), *options)
+        run = CommandedRun(spec, Path(folder), *options)
         run.thread.start()
         try:
             yield run
@@ -98,7 +98,7 @@ def digest(file: Path) -> str:
 @pytest.mark.parametrize("spec", [GATE, TELEOPERATION], ids=lambda spec: spec.stem)
 def test_a_run_that_was_started_again_ends_like_the_first(spec: Path, tmp_path: Path) -> None:
     report = tmp_path / "report.json"
-    with asked(spec, "--duration", 5, "--report", report) as run:
+    with commanded_run(spec, "--duration", 5, "--report", report) as run:
         run.ended(1)
         first = report_of(report)
         for number, from_s in enumerate((None, 2.3, 4.5, 1.2), 2):
@@ -114,7 +114,7 @@ def test_a_run_that_was_started_again_ends_like_the_first(spec: Path, tmp_path: 
 
 
 def test_a_restart_ends_the_present_run(tmp_path: Path) -> None:
-    with asked(GATE, "--duration", 2000, "--report", tmp_path / "report.json") as run:
+    with commanded_run(GATE, "--duration", 2000, "--report", tmp_path / "report.json") as run:
         state = run.server.wait("state", lambda state: state["time_s"] > 3.0)
         run.server.send("pause")
         run.server.paused()
@@ -139,7 +139,7 @@ def test_a_page_asks_for_no_speed_which_robots_behind_ros_2_cannot_have(tmp_path
 
 
 def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
-    with asked(GATE, "--duration", 3) as run:
+    with commanded_run(GATE, "--duration", 3) as run:
         run.ended(1)
         for text in ("3[kg]", "very much", ""):
             before = len(run.server.of("refused"))
@@ -158,7 +158,7 @@ def test_a_constant_that_cannot_be_is_refused_and_another_one_works() -> None:
 def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
     spec, report = tmp_path / "desk.yaml", tmp_path / "report.json"
     spec.write_text(DESK)
-    with asked(spec, "--duration", 6, "--report", report) as run:
+    with commanded_run(spec, "--duration", 6, "--report", report) as run:
         server = run.server
         server.send("speed", value=5.0)
         server.wait("state", lambda state: state["time_s"] > 0.5)
@@ -201,7 +201,7 @@ def test_what_the_page_did_is_done_again(tmp_path: Path) -> None:
 
 def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: Path) -> None:
     spec, report = spec_in(tmp_path), tmp_path / "report.json"
-    with asked(spec, "--duration", 3, "--report", report) as run:
+    with commanded_run(spec, "--duration", 3, "--report", report) as run:
         server = run.server
         server.send("speed", value=2.0)
         begin = server.wait("begin")
@@ -231,7 +231,7 @@ def test_a_live_constant_changes_and_another_one_starts_the_run_again(tmp_path: 
 def test_recordings_of_earlier_runs_stay(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     (tmp_path / "run-2.mcap").write_text("of an earlier command")
-    with asked(GATE, "--duration", 4, "--record", file) as run:
+    with commanded_run(GATE, "--duration", 4, "--record", file) as run:
         run.ended(1)
         bytes_before = file.read_bytes()
         run.server.send("restart", from_s=2.0, set={})
@@ -289,7 +289,7 @@ def test_a_wrong_constant_is_refused_before_the_run_is_asked(
 
 def test_a_run_without_snapshots_goes_on_from_no_other_past() -> None:
     """Its operators have no codec, and its first part ran with other constants."""
-    with asked(TRAY, "--duration", 1) as run:
+    with commanded_run(TRAY, "--duration", 1) as run:
         server = run.server
         run.ended(1)
         server.send("restart", from_s=0.4, set={"thin": "0.012"})
@@ -309,7 +309,7 @@ def test_a_run_without_snapshots_goes_on_from_no_other_past() -> None:
 
 def test_a_run_goes_on_from_before_its_first_own_snapshot(tmp_path: Path) -> None:
     report = tmp_path / "report.json"
-    with asked(GATE, "--duration", 4, "--report", report) as run:
+    with commanded_run(GATE, "--duration", 4, "--report", report) as run:
         run.ended(1)
         run.server.send("restart", from_s=2.05, set={"patience": "3[s]"})
         run.ended(2)
@@ -322,7 +322,7 @@ def test_a_run_goes_on_from_before_its_first_own_snapshot(tmp_path: Path) -> Non
 
 
 def test_a_second_start_is_refused_while_one_is_under_way() -> None:
-    with asked(GATE, "--duration", 2000) as run:
+    with commanded_run(GATE, "--duration", 2000) as run:
         server = run.server
         server.wait("state", lambda state: state["time_s"] > 1.0)
         server.send("restart", from_s=None, set={})

@@ -59,7 +59,7 @@ def state(page: Page) -> Mapping[str, Any]:
     return found
 
 
-def settled(page: Page) -> int:
+def draws_at_rest(page: Page) -> int:
     """The number of pictures, once nothing is drawn any more."""
     before = -1
     while before != (draws := state(page)["draws"]):
@@ -139,7 +139,7 @@ def test_poses_agree_with_mujoco(page: Page) -> None:
 
 def test_it_draws_only_what_has_changed(page: Page) -> None:
     with shown(page, scene(cubes=[CUBE]), ["box"]):
-        draws = settled(page)
+        draws = draws_at_rest(page)
         time.sleep(0.5)
         assert state(page)["draws"] == draws
         page.evaluate("""new Promise((done) => {
@@ -150,19 +150,19 @@ def test_it_draws_only_what_has_changed(page: Page) -> None:
                 if (n === 200) { clearInterval(timer); done(); }
             }, 5);
         })""")
-        assert draws < settled(page) <= draws + 40  # 20 pictures a second, of more than 1 s
+        assert draws < draws_at_rest(page) <= draws + 40  # 20 pictures a second, of more than 1 s
 
 
 def test_what_is_drawn(page: Page, tmp_path: Path) -> None:
     with shown(page, scene(cubes=[CUBE]), ["box"]):
-        settled(page)
+        draws_at_rest(page)
         blue, green, red = _pixel(page, tmp_path)
         assert red > 100 and blue < 90 and green < 90
         page.evaluate("scene.poses([[30, 0, 0, 1, 0, 0, 0]])")
-        settled(page)
+        draws_at_rest(page)
         assert min(_pixel(page, tmp_path)) > 150  # the ground of a light theme
         page.evaluate("scene.setTheme(true)")
-        settled(page)
+        draws_at_rest(page)
         assert max(_pixel(page, tmp_path)) < 90
 
 
@@ -180,14 +180,14 @@ def test_the_first_view_is_that_of_the_camera_overview(page: Page) -> None:
     camera = {"key": "camera overview", "value": "0 0 7 1 0 0 0 0.6"}
     entity["entities"][0]["metadata"] = [None, {"key": "camera x", "value": "1 2"}, camera]
     with shown(page, entity, ["box"]):
-        settled(page)
+        draws_at_rest(page)
         assert state(page)["distance"] == pytest.approx(7.0)
         assert state(page)["pitch"] == pytest.approx(np.pi / 2, abs=0.01)
 
 
 def test_mouse_and_keys_move_the_camera(page: Page) -> None:
     with shown(page, scene(cubes=[CUBE]), ["box"]):
-        settled(page)
+        draws_at_rest(page)
         first = state(page)
         page.press(200, 150)
         page.move(260, 150, buttons=1)
@@ -211,7 +211,7 @@ def test_mouse_and_keys_move_the_camera(page: Page) -> None:
 
 def test_two_fingers_zoom(page: Page) -> None:
     with shown(page, scene(cubes=[CUBE]), ["box"]):
-        settled(page)
+        draws_at_rest(page)
         first = state(page)
         for kind, gap in (("touchStart", 40), ("touchMove", 60), ("touchMove", 100)):
             points = [
@@ -225,7 +225,7 @@ def test_two_fingers_zoom(page: Page) -> None:
 
 def test_a_lost_context_comes_back(page: Page, tmp_path: Path) -> None:
     with shown(page, scene(cubes=[CUBE]), ["box"]):
-        draws = settled(page)
+        draws = draws_at_rest(page)
         page.evaluate("""(() => {
             const gl = document.getElementById("canvas").getContext("webgl2");
             window.extension = gl.getExtension("WEBGL_lose_context");
@@ -237,7 +237,7 @@ def test_a_lost_context_comes_back(page: Page, tmp_path: Path) -> None:
         assert state(page)["draws"] == draws
         page.evaluate("extension.restoreContext()")
         page.wait_for(f"scene.state().draws > {draws}")
-        settled(page)
+        draws_at_rest(page)
         assert _pixel(page, tmp_path)[2] > 100
         page.evaluate("scene.destroy()")
         assert page.errors() == []
@@ -266,7 +266,7 @@ def test_frames_have_their_names_as_text(page: Page) -> None:
             {"name": "bad", "pose": [None] * 7},
         ]
         page.evaluate(f"scene.frames({json.dumps(frames)})")
-        settled(page)
+        draws_at_rest(page)
         labels = page.evaluate(
             "[...document.querySelectorAll('.scene-label')].map((each) => each.textContent)"
         )

@@ -96,7 +96,7 @@ class Pictures:
             if demand.coming is None and self._clock.now_s() - demand.asked_at_s >= PERIOD_S:
                 try:
                     self._ask(camera, demand, time_s)
-                except Exception as error:  # noqa: BLE001  # as above
+                except Exception as error:  # noqa: BLE001  # whatever the plant raises
                     self._give_up(camera, error)
         return found
 

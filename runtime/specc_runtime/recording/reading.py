@@ -179,7 +179,7 @@ class RecordFile:
             yield from unpacked_chunk(record, self.budget)
         except Unusable:
             raise
-        except Exception:  # noqa: BLE001  # as above
+        except Exception:  # noqa: BLE001  # unpacking fails as it may
             self.damaged += 1
 
 
