@@ -104,6 +104,7 @@ def _stop(page: Page, folder: Path) -> None:
     page.wait_for("document.querySelector('#states .state.breakpoint')")
     set_speed(page, "max")
     assert wait_paused(page, "opening") == stop_s(folder, "opening")
+    page.wait_for(f"{STATUS}.startsWith('paused: gate.c')")
     page.click("#pause")
     time_s = wait_paused(page, "passing")
     assert time_s == stop_s(folder, "passing")

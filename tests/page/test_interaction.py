@@ -230,6 +230,11 @@ def test_a_recording_opens_where_it_went_wrong(page: Page, tmp_path: Path) -> No
         at_s = page.evaluate(TIME)
         verdicts = "[...document.querySelectorAll('.is-violated .verdict')].map(e => e.textContent)"
         assert page.evaluate(verdicts) == [f"violated at {at_s:.2f} s"]
+        tops = "[...document.querySelectorAll('.requirement{}')].map(e => e.offsetTop)"
+        violated, others = (
+            page.evaluate(tops.format(kind)) for kind in (".is-violated", ":not(.is-violated)")
+        )
+        assert others and max(violated) < min(others)
         mark = page.evaluate("document.querySelector('.mark.violation').ariaLabel")
         assert float(mark.split()[0]) == pytest.approx(at_s, abs=0.01)
 
