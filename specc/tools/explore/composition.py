@@ -74,8 +74,7 @@ class Edge(NamedTuple):
     `overwritten` are values that were overwritten before their reader saw them. `violated` are
     requirements, by index. `permutation` is the one that put copies in order: for each machine
     its index before; empty if they were in order. `ends_run`: a machine failed, and its outputs are
-    due, so the run ends. If there is a `loop` of edges, it is taken so many `times`, with values
-    that change by constants; `transitions` are then all of its first time.
+    due, so the run ends.
     """
 
     target: int
@@ -85,8 +84,6 @@ class Edge(NamedTuple):
     violated: tuple[int, ...] = ()
     permutation: Permutation = ()
     ends_run: bool = False
-    loop: tuple[Edge, ...] = ()
-    times: int = 1
 
 
 class _Result(NamedTuple):
@@ -117,12 +114,23 @@ class Composition:
         If `symmetric`, copies of an agent are put into one order, unless there are requirements.
         If `only_forced`, there is only one trace, on which nothing happens that can be avoided.
         """
-        self.values = ValueTable(precision.max_values, abstraction.cuts)
+        self.values = ValueTable(precision.max_values, abstraction.domains)
         self.names = names
         self.precision = precision
         self._only_forced = only_forced
         self.walkers = tuple(
-            Walker(cone, machine.subsystem, self.values, exact=precision.counts_time)
+            Walker(
+                cone,
+                machine.subsystem,
+                self.values,
+                exact=precision.counts_time,
+                observed={
+                    x.element[0]
+                    for each in (*requirements, *probes)
+                    for x in each.readings
+                    if x.kind == "memory" and x.subsystem == name
+                },
+            )
             for name in names
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
@@ -194,12 +202,9 @@ class Composition:
         """The base ticks of the slice until a machine is due again."""
         return min((phase // ticks + 1) * ticks for ticks in self.ticks) - phase
 
-    def elapsed_ticks(self, phase: int, edge: Edge) -> int:
-        """The base ticks of the slice that an edge from a phase takes."""
-        passed = 0
-        for _ in edge.loop or (edge,):
-            passed += self._ticks_until_due[(phase + passed) % self.hyperperiod]
-        return edge.times * passed
+    def elapsed_ticks(self, phase: int) -> int:
+        """The base ticks of the slice until a machine is due again after a phase."""
+        return self._ticks_until_due[phase]
 
     def state_names(self, configuration: Configuration) -> tuple[str, ...]:
         """The states of all machines."""

@@ -131,7 +131,7 @@ class PendingAnswers:
     def _still_pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
         """Where the answer is still pending after a step; the request may be made anew."""
         for edge in self._continuing_edges(place[0]):
-            if self._answered[edge.target] is False and len(edge.loop) < 2:
+            if self._answered[edge.target] is False:
                 yield (edge.target, self._phase(edge.target)), edge
 
     def _continuing_edges(self, number: int) -> list[Edge]:
@@ -150,8 +150,8 @@ class PendingAnswers:
         requested = self._requested[target]
         if phase == "over" and requested is True:
             return  # what answers now answers the request that is made anew
-        if self._answered[target] is not False or len(edge.loop) > 1:
-            yield None  # within several repeated steps there may be one
+        if self._answered[target] is not False:
+            yield None
         elif phase == "ever":
             yield target, "ever"
         else:
@@ -186,7 +186,7 @@ class PendingAnswers:
             number, phase = place
             found[place] = max(
                 (
-                    self._graph.elapsed_ticks(number, edge)
+                    self._graph.elapsed_ticks(number)
                     + max((found[p] for p in self._places_after(phase, edge) if p), default=0)
                     for edge in self._continuing_edges(number)
                 ),

@@ -6,7 +6,7 @@ exclude. The answer is remembered until one of these values is renewed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -17,6 +17,8 @@ from specc.model.fsm import mode_of
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, InputUse, renamed
+from specc.tools.explore.cuts import target_name
+from specc.tools.explore.liveness import live_memory
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
 from specc.tools.explore.regions import value_leaves
 from specc.tools.explore.timing import Clocks, mode_timers
@@ -25,11 +27,16 @@ from specc.tools.explore.transitions import (
     SAME_STATE,
     Branch,
     MachineState,
-    SentValues,
     Successor,
     Transition,
 )
-from specc.tools.explore.values import ABSENT, Interner, ValueTable, limit_combinations
+from specc.tools.explore.values import (
+    ABSENT,
+    UNKNOWN,
+    Interner,
+    ValueTable,
+    limit_combinations,
+)
 
 MOST_REMEMBERED = 12
 """The most answers about unknown values; with more, all are forgotten."""
@@ -38,8 +45,19 @@ MOST_REMEMBERED = 12
 class Walker:
     """Steps one machine. `exact` says whether time is counted or only passes."""
 
-    def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueTable, *, exact: bool):
-        """`subsystem` is only for the names and places in messages."""
+    def __init__(
+        self,
+        cone: Cone,
+        subsystem: Subsystem,
+        values: ValueTable,
+        *,
+        exact: bool,
+        observed: Collection[str] = (),
+    ) -> None:
+        """`subsystem` is only for the names and places in messages.
+
+        Memory that is `observed` is tracked even where the machine does not read it any more.
+        """
         self.cone = cone
         self.subsystem = subsystem
         self.name = subsystem.qualified_name
@@ -53,6 +71,10 @@ class Walker:
         self._inits = {x.key: x.init for x in cone.inputs}
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
+        live = live_memory(cone, observed)
+        self._is_live = {
+            state: [name in names for name in self.memory_slots] for state, names in live.items()
+        }
         self._memory_bounds = {item.name: item.bounds for item in cone.memory}
         self.static_values = cone.static_values
         self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
@@ -270,16 +292,20 @@ class Walker:
         ):
             yield _failure(before, before.state or branch.target, free)
             return
-        written = dict[InputName, tuple[int, ...]]()
+        written, live = dict[InputName, tuple[int, ...]](), self._is_live[branch.target]
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
             timer = None if key[0] else self.mode_timers.get(key[1])
-            if timer is not None and isinstance(value, m.Number):
+            if not key[0] and not live[self.memory_slots[key[1]]]:
+                written[key] = (UNKNOWN,)
+            elif timer is not None and isinstance(value, m.Number):
                 passed = (replace(value, value=n) for n in timer.numbers(int(value.value)))
                 written[key] = tuple(map(self.values.number_of_literal, passed))
             else:
-                written[key] = self.values.possible_numbers(target, value, known, sent=output)
+                written[key] = self.values.possible_numbers(
+                    target, value, known, sent=output, is_first=before.state == ""
+                )
             if not key[0]:
                 answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
@@ -294,7 +320,10 @@ class Walker:
         written, memory = limit_combinations(written), self._memory_numbers(before.memory)
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
-            memory_after = tuple(values.get(("", name), number) for name, number in memory.items())
+            memory_after = tuple(
+                values.get(("", name), number) if is_live else UNKNOWN
+                for (name, number), is_live in zip(memory.items(), live, strict=True)
+            )
             now = MachineState(branch.target, clock, memory_after, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
             yield now, Transition(before.state, branch.target, branch.row, sent, free, lost)
@@ -318,22 +347,7 @@ class Walker:
                 yield (peer, name), value
 
     def _target(self, key: InputName) -> str:
-        peer, name = key
-        return f"{self.kind}.y.{peer}.{name}" if peer else f"{self.kind}.{name}"
-
-    def assigned_numbers(self, local: MachineState, sent: SentValues) -> dict[InputName, int]:
-        """The numbers of the values of memory and outputs after a step."""
-        memory = self._memory_numbers(local.memory).items()
-        return {**{("", name): number for name, number in memory}, **dict(sent)}
-
-    def track_values(self, local: MachineState, sent: SentValues) -> bool:
-        """Track the new values of memory and outputs, if the bounds allow; whether they do."""
-        given = self.assigned_numbers(local, sent).items()
-        return all(
-            self.values.track(self._target(key), number)
-            for key, number in given
-            if key[0] or key[1] not in self.mode_timers
-        )
+        return target_name(self.kind, key)
 
     def _forget_memory(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._dependence(a).memory)
