@@ -195,6 +195,10 @@ class Composition:
                 found[self.names.index(sent[0]), sent[1]] = reader, slot
         return found
 
+    def receiver(self, sender: int, output: InputName) -> tuple[int, int] | None:
+        """The machine that tracks an output as its input, and the slot of its buffer."""
+        return self._receivers.get((sender, output))
+
     def _due(self, phase: int) -> tuple[int, ...]:
         return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
 

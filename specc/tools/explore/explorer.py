@@ -14,6 +14,7 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
+from specc.tools.explore.main_graph import SliceGraphs
 from specc.tools.explore.refine import finest_complete, not_refuted, refine
 from specc.tools.explore.symmetry import group_equal_slices
 from specc.tools.explore.verdicts import (
@@ -149,6 +150,7 @@ def explore(facts: Facts, budget: int) -> Exploration:
 def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
+    graphs = list[SliceGraphs]()
     found: FindingsById = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = (
@@ -161,7 +163,8 @@ def _explore(facts: Facts, budget: int) -> Exploration:
             continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) - index)
-        explored, graph, found_here = _explore_slice(names, abstraction, facts, share)
+        explored, graph, found_here, all_graphs = _explore_slice(names, abstraction, facts, share)
+        graphs.append(SliceGraphs(all_graphs, abstraction, share))
         for finding in found_here.values():
             add_best(found, finding)
         alike = tuple(new for same in others for old, new in same.items() if new != old)
@@ -183,15 +186,19 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     groups = [*(each.names for each in result.slices), *result.not_begun]
     groups += [each.equal_machines for each in result.slices]
     inside = {name for names in groups for name in names}
-    _explore_requirements(result, required, facts, budget)
+    _explore_requirements(result, required, graphs, facts, budget)
     result.without_decisions = tuple(name for name in abstraction.machines if name not in inside)
     return result
 
 
 def _explore_requirements(
-    result: Exploration, required: Sequence[RequirementSlice], facts: Facts, budget: int
+    result: Exploration,
+    required: Sequence[RequirementSlice],
+    graphs: Sequence[SliceGraphs],
+    facts: Facts,
+    budget: int,
 ) -> None:
-    """Explore the requirements, each alone."""
+    """Prove the requirements on the graphs of slices, and explore the others, each alone."""
     verdicts: dict[int, RequirementVerdict] = {}
     for subject in required:
         key = id(subject.requirement)
@@ -199,11 +206,15 @@ def _explore_requirements(
         if result.broken_off:
             continue
         try:
-            verdict, found, graphs = judge(subject, budget // REQUIREMENT_SHARE)
+            proofs = (each.proof(subject.requirement) for each in graphs)
+            if proof := next(filter(None, proofs), None):
+                verdicts[key] = proof
+                continue
+            verdict, found, own = judge(subject, budget // REQUIREMENT_SHARE)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
-        result.broken_off = next((g.broken_off for g in graphs if g.broken_off), "")
+        result.broken_off = next((g.broken_off for g in own if g.broken_off), "")
         verdicts[key] = verdict
         result.findings += found
     result.requirements = [
@@ -214,8 +225,8 @@ def _explore_requirements(
 
 def _explore_slice(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
-) -> tuple[SliceResult, Graph, FindingsById]:
-    """Explore a slice: its summary, its most exact complete graph, and the findings."""
+) -> tuple[SliceResult, Graph, FindingsById, list[Graph]]:
+    """Explore a slice: its summary, its most exact complete graph, the findings, and all graphs."""
     steps = refine(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
         lambda graph: _findings_or_none(graph, abstraction, facts),
@@ -226,7 +237,12 @@ def _explore_slice(
         about: replace(finding, is_confirmed=exactly or finding.trace.is_decided)
         for about, (finding, exactly) in not_refuted(steps).items()
     }
-    return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
+    return (
+        _summary(graph, sum(not each.is_confirmed for each in found.values())),
+        graph,
+        found,
+        [g for g, _ in steps],
+    )
 
 
 def _findings_or_none(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsById:

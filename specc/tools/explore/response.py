@@ -8,12 +8,12 @@ The graph has every run and more, so it lacks no way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from math import inf
-from typing import Literal
+from typing import Literal, TypeVar
 
 from specc.model import requirement as r
 from specc.reachable import grouped, reachable
@@ -41,8 +41,14 @@ class Response:
         return r.BoolOp("and", self.request)
 
 
-def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[Response]:
-    """The responses that a formula, or its negation, requires, one for each conjunct."""
+def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[Response | None]:
+    """The responses that a formula, or its negation, requires, one for each conjunct.
+
+    A conjunct about single ticks is a response without a deadline; None is one of another shape.
+    """
+    if r.is_timeless(formula):
+        yield Response(formula if positive else _negation(formula), Fraction(0))
+        return
     match formula:
         case r.BoolOp(op="not", operands=(operand,)):
             yield from responses(operand, positive=not positive)
@@ -54,17 +60,21 @@ def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[
             now = [
                 _negation(each) if positive else each for each in operands if r.is_timeless(each)
             ]
-            for part in responses(ahead[0], positive=positive) if len(ahead) == 1 else ():
-                yield replace(part, request=(*now, *part.request))
-        case r.Temporal(op="within" | "throughout" as op, operands=(operand,)):
-            if (op == "within") == positive and r.is_timeless(operand):
-                yield Response(operand if positive else _negation(operand), formula.span_s)
+            for part in responses(ahead[0], positive=positive) if len(ahead) == 1 else (None,):
+                yield part and replace(part, request=(*now, *part.request))
+        case r.Temporal(op="within" | "throughout" as op, operands=(operand,)) if (
+            op == "within"
+        ) == positive and r.is_timeless(operand):
+            yield Response(operand if positive else _negation(operand), formula.span_s)
+        case _:
+            yield None
 
 
 def _negation(formula: r.TemporalFormula) -> r.TemporalFormula:
     return r.BoolOp("not", (formula,))
 
 
+Node = TypeVar("Node", bound=Hashable)
 Phase = Literal["asked", "over", "ever"]
 """The phase of a request: it holds, it is over, or it may be repeated at any time."""
 PendingPlace = tuple[int, Phase]
@@ -167,33 +177,29 @@ class PendingAnswers:
         before = grouped(pairs)
         answered = reachable([None], lambda place: before.get(place, ()))
         closed = {place for place in known if place not in answered}
-        longest = self._longest_stays(closed, before)
-        return {place for place in closed if longest.get(place, inf) > self._deadline}
-
-    def _longest_stays(
-        self,
-        closed: set[PendingPlace],
-        before: Mapping[PendingPlace | None, Sequence[PendingPlace]],
-    ) -> dict[PendingPlace, int]:
-        """For how many ticks runs stay in these places; without those where they may for ever."""
-        remaining = {place: sum(1 for _ in self._next_places(place)) for place in closed}
-        found, waiting = (
-            dict[PendingPlace, int](),
-            [place for place, count in remaining.items() if not count],
+        stays = longest_stays(
+            closed,
+            lambda place: list(filter(None, self._next_places(place))),
+            lambda place: self._graph.elapsed_ticks(place[0]),
         )
-        while waiting:
-            place = waiting.pop()
-            number, phase = place
-            found[place] = max(
-                (
-                    self._graph.elapsed_ticks(number)
-                    + max((found[p] for p in self._places_after(phase, edge) if p), default=0)
-                    for edge in self._continuing_edges(number)
-                ),
-                default=0,
-            )
-            for earlier in before.get(place, ()):
-                if earlier in closed:
-                    remaining[earlier] -= 1
-                    waiting += [] if remaining[earlier] else [earlier]
-        return found
+        return {place for place in closed if stays.get(place, inf) > self._deadline}
+
+
+def longest_stays(
+    nodes: Iterable[Node], following: Callable[[Node], Sequence[Node]], ticks: Callable[[Node], int]
+) -> dict[Node, int]:
+    """For how many ticks runs stay in nodes and what follows them, of which none is left out.
+
+    Nodes where they may stay for ever are missing. A node lasts for `ticks`.
+    """
+    after = {node: following(node) for node in reachable(nodes, following)}
+    before = grouped((target, here) for here, out in after.items() for target in out)
+    remaining = {node: len(out) for node, out in after.items()}
+    stays, waiting = dict[Node, int](), [node for node, count in remaining.items() if not count]
+    while waiting:
+        node = waiting.pop()
+        stays[node] = ticks(node) + max((stays[target] for target in after[node]), default=0)
+        for earlier in before.get(node, ()):
+            remaining[earlier] -= 1
+            waiting += [] if remaining[earlier] else [earlier]
+    return stays

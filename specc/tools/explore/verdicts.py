@@ -131,8 +131,8 @@ def judge(
 ) -> tuple[RequirementVerdict, list[TracedFinding], list[Graph]]:
     """The verdict on a requirement, its findings, and the graphs."""
     requirement, abstraction = subject.requirement, subject.abstraction
-    probe = _probe(requirement)
-    probes = () if probe is None else (probe,)
+    trigger = trigger_of(requirement)
+    probes = [replace(requirement, formula=BoolOp("not", (trigger,)))] if trigger else []
 
     def build(precision: Precision, budget: int, *, only_forced: bool = False) -> Graph:
         composition = Composition(
@@ -195,7 +195,7 @@ def judge(
 def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, TracedFinding]:
     """Graphs with the finding, as 0, on an answer that cannot come any more, if there is one."""
     requirement, abstraction = subject.requirement, subject.abstraction
-    every = list(responses(requirement.formula))
+    every = [each for each in responses(requirement.formula) if each and each.deadline_s]
     at_once = [replace(requirement, formula=each.immediate, holds_always=True) for each in every]
     probes = [
         replace(at_once[0], formula=f) for each in every for f in (each.antecedent, each.answer)
@@ -292,11 +292,10 @@ def _absent_values(graphs: Sequence[Graph]) -> str:
     return ""
 
 
-def _probe(requirement: Requirement) -> Requirement | None:
-    """The requirement "this one is never triggered"; None without a known trigger."""
+def trigger_of(requirement: Requirement) -> TemporalFormula | None:
+    """What must hold at some tick if a requirement is ever asked, if known."""
     when = antecedent(requirement.formula)
-    ever = None if when is None else _necessary_condition(when)
-    return None if ever is None else replace(requirement, formula=BoolOp("not", (ever,)))
+    return None if when is None else _necessary_condition(when)
 
 
 def _necessary_condition(formula: TemporalFormula) -> TemporalFormula | None:
