@@ -294,8 +294,9 @@ class Composition:
         """A machine after each outcome of a step, its buffers read."""
         if number not in self._step_cache[index]:
             part: MachineConfiguration = self._part_numbers[index].by_number[number]
-            seen, found = tuple([n & ~1 for n in part.buffers]), []
-            for local, move, ends in self.walkers[index].successors(part.state, part.buffers):
+            walker, found = self.walkers[index], list[_Result]()
+            for local, move, ends in walker.successors(part.state, part.buffers):
+                seen = walker.after_reading(local, part.buffers)
                 after = MachineConfiguration(local, seen, move.sent)
                 found.append(_Result(after, self._part_numbers[index][after], (index, move), ends))
             self._step_cache[index][number] = tuple(found)

@@ -25,7 +25,7 @@ from specc.tools.explore.verdicts import (
     undecided_verdict,
 )
 
-REQUIREMENT_SHARE = 16
+REQUIREMENT_SHARE = 4
 """Each pass for a requirement has one part in so many of the budget, however many there are.
 
 So the verdict on one does not depend on the others.

@@ -1,15 +1,20 @@
-"""Live memory: which values a machine may still read, for each state.
+"""Live values: which memory and which inputs a machine may still read, for each state.
 
-Two configurations that differ only in memory that is written before it is read again have the same
-runs. So memory that is not live is not tracked. Liveness is strong: a value that is read only to
-compute memory that is not live does not live itself.
+Two configurations that differ only in values that are written before they are read again have the
+same runs. So values that are not live are not tracked. Liveness is strong: a value that is read
+only to compute memory that is not live does not live itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import replace
 
+from specc.model import expr as m
+from specc.proof import InputName
+from specc.reachable import reachable
 from specc.tools.explore.cone import Cone, ConeState
+from specc.tools.explore.partial import KnownValues, residual
 
 
 def live_memory(cone: Cone, observed: Collection[str] = ()) -> dict[str, frozenset[str]]:
@@ -32,6 +37,32 @@ def live_memory(cone: Cone, observed: Collection[str] = ()) -> dict[str, frozens
             for state in cone.states
         }
     return live
+
+
+def live_inputs(cone: Cone) -> dict[str, frozenset[InputName]]:
+    """By state, the inputs of which a machine in it may read a value that is not fresh."""
+    static = cone.static_values
+    read: dict[str, set[InputName]] = {}
+    for state in cone.states:
+        exprs = [*cone.axioms, *state.expressions]
+        read[state.name] = {
+            each.key for each in cone.inputs if _reads_stale(cone, exprs, each.key, static)
+        }
+    return {
+        name: frozenset().union(*(read[each] for each in reachable([name], _targets(cone))))
+        for name in read
+    }
+
+
+def _targets(cone: Cone) -> Callable[[str], Iterable[str]]:
+    return lambda name: [target for target, _ in _steps(cone.state[name])]
+
+
+def _reads_stale(cone: Cone, exprs: Iterable[m.Expr], key: InputName, static: KnownValues) -> bool:
+    """Whether some expression reads an input that is not fresh."""
+    known = replace(static, fresh={key: False}, _residuals={})
+    reading = (expr for expr in exprs if key in cone.dependences.of(expr).values)
+    return any(key in cone.dependences.of(residual(expr, known)).values for expr in reading)
 
 
 def _steps(state: ConeState) -> Iterator[tuple[str, int]]:

@@ -18,7 +18,7 @@ from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, InputUse, renamed
 from specc.tools.explore.cuts import target_name
-from specc.tools.explore.liveness import live_memory
+from specc.tools.explore.liveness import live_inputs, live_memory
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
 from specc.tools.explore.regions import value_leaves
 from specc.tools.explore.timing import Clocks, mode_timers
@@ -71,10 +71,7 @@ class Walker:
         self._inits = {x.key: x.init for x in cone.inputs}
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
-        live = live_memory(cone, observed)
-        self._is_live = {
-            state: [name in names for name in self.memory_slots] for state, names in live.items()
-        }
+        self._live_memory, self._live_inputs = live_memory(cone, observed), live_inputs(cone)
         self._memory_bounds = {item.name: item.bounds for item in cone.memory}
         self.static_values = cone.static_values
         self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
@@ -139,6 +136,16 @@ class Walker:
                 else self.values.number_of(target, value, self.static_values)
             )
         return tuple(found)
+
+    def after_reading(self, local: int, buffers: tuple[int, ...]) -> tuple[int, ...]:
+        """The buffers after a step to a machine state: nothing is fresh, dead values are gone."""
+        live = self._live_inputs[self.states.by_number[local].state]
+        return tuple(
+            [
+                number & ~1 if key in live or number // 2 == ABSENT else 2 * UNKNOWN
+                for key, number in zip(self.inputs, buffers, strict=True)
+            ]
+        )
 
     def first_step(self, buffers: tuple[int, ...]) -> Successor:
         """The first period: memory gets its values, no condition is evaluated."""
@@ -292,12 +299,12 @@ class Walker:
         ):
             yield _failure(before, before.state or branch.target, free)
             return
-        written, live = dict[InputName, tuple[int, ...]](), self._is_live[branch.target]
+        written, live = dict[InputName, tuple[int, ...]](), self._live_memory[branch.target]
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
             timer = None if key[0] else self.mode_timers.get(key[1])
-            if not key[0] and not live[self.memory_slots[key[1]]]:
+            if not key[0] and key[1] not in live:
                 written[key] = (UNKNOWN,)
             elif timer is not None and isinstance(value, m.Number):
                 passed = (replace(value, value=n) for n in timer.numbers(int(value.value)))
@@ -313,6 +320,7 @@ class Walker:
                 free += (f"how long `{mode}` has lasted" if timer else f"what `{key[1]}` is",)
                 if self.cone.is_measured(value):
                     self.measured_choices.add(free[-1])
+        answers = frozenset(a for a in answers if self._concerns_live(a, branch.target))
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
         lost = tuple(self._lost_inputs(buffers, known, before.state, branch.target))
@@ -321,8 +329,8 @@ class Walker:
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
             memory_after = tuple(
-                values.get(("", name), number) if is_live else UNKNOWN
-                for (name, number), is_live in zip(memory.items(), live, strict=True)
+                values.get(("", name), number) if name in live else UNKNOWN
+                for name, number in memory.items()
             )
             now = MachineState(branch.target, clock, memory_after, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
@@ -406,6 +414,14 @@ class Walker:
 
     def _dependence(self, formula: int) -> Dependence:
         return self.cone.dependences.of(self._formulas.by_number[formula])
+
+    def _concerns_live(self, formula: int, state: str) -> bool:
+        """Whether a formula is about a value that may still be read in or after a state."""
+        rests = self._dependence(formula)
+        return not (
+            rests.memory.isdisjoint(self._live_memory[state])
+            and rests.inputs.isdisjoint(self._live_inputs[state])
+        )
 
     def _lasting_answers(self, expr: m.Expr) -> Iterator[int]:
         """The formulas that stay true until an input or memory is renewed, by number."""
