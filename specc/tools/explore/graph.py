@@ -16,6 +16,7 @@ from mmap import mmap
 from typing import Literal, NamedTuple
 
 from specc.tools.explore.composition import Composition, Configuration, Edge
+from specc.tools.explore.regions import Region
 from specc.tools.explore.symmetry import Permutation, composed
 
 PathEdge = tuple[int, Edge]
@@ -121,6 +122,17 @@ class Graph:
             self.configurations.append(successor)
             self._ticks.append(self._ticks[here] + self.elapsed_ticks(here))
         return number
+
+    def region(self, number: int, counter: tuple[int, str]) -> Region | None:
+        """The region of a number in the memory of a machine, by index, in a configuration.
+
+        None if copies may change places, so that the machine is another one after an edge.
+        """
+        index, name = counter
+        walker = self.composition.walkers[index]
+        state = self.composition.machine_states(self.configurations[number])[index]
+        value = walker.values.value(state.memory[walker.memory_slots[name]])
+        return value if isinstance(value, Region) and not self.composition.copies else None
 
     # The easiest paths.
 

@@ -18,7 +18,8 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import TruthValue
-from specc.tools.explore.response import longest_stays, responses
+from specc.tools.explore.ranking import longest_stays
+from specc.tools.explore.response import responses
 from specc.tools.explore.tracker import RequirementTracker
 from specc.tools.explore.verdicts import RequirementVerdict, trigger_of
 
@@ -37,8 +38,7 @@ class SliceGraphs:
 
     @cached_property
     def _counted(self) -> list[Graph]:
-        counted = [each for each in self._tried if each.composition.precision.counts_time]
-        if counted or not self._tried[0].composition.is_timed:
+        if any(g.is_counted for g in self._found):
             return []
         names = self._tried[0].composition.names
         precision = Precision(counts_time=True)
@@ -88,8 +88,13 @@ def _is_answered(
     """Whether an answer comes within the deadline after the pending configurations."""
     stays = longest_stays(
         pending,
-        lambda n: [e.target for e in graph.edges[n] if answered[e.target] is not True],
+        lambda n: [
+            (edge.target, edge.transitions)
+            for edge in graph.edges[n]
+            if answered[edge.target] is not True
+        ],
         graph.elapsed_ticks,
+        graph.region,
     )
     return all(n in stays and stays[n] <= deadline for n in pending)
 

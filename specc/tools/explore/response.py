@@ -8,18 +8,19 @@ The graph has every run and more, so it lacks no way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from math import inf
-from typing import Literal, TypeVar
+from typing import Literal
 
 from specc.model import requirement as r
 from specc.reachable import grouped, reachable
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph, extended_cost
 from specc.tools.explore.monitor import TruthValue
+from specc.tools.explore.ranking import Moves, longest_stays
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,6 @@ def _negation(formula: r.TemporalFormula) -> r.TemporalFormula:
     return r.BoolOp("not", (formula,))
 
 
-Node = TypeVar("Node", bound=Hashable)
 Phase = Literal["asked", "over", "ever"]
 """The phase of a request: it holds, it is over, or it may be repeated at any time."""
 PendingPlace = tuple[int, Phase]
@@ -170,6 +170,15 @@ class PendingAnswers:
             if requested is not True:
                 yield target, "over"
 
+    def _places_with_moves(self, here: PendingPlace) -> list[tuple[PendingPlace, Moves]]:
+        """The places after a step on which neither an answer nor a request comes."""
+        return [
+            (place, edge.transitions)
+            for edge in self._continuing_edges(here[0])
+            for place in self._places_after(here[1], edge)
+            if place
+        ]
+
     def _dead_places(self, places: Iterable[PendingPlace]) -> set[PendingPlace]:
         """The places from which no answer comes, although a run may last beyond the deadline."""
         known = reachable(places, lambda place: filter(None, self._next_places(place)))
@@ -179,27 +188,8 @@ class PendingAnswers:
         closed = {place for place in known if place not in answered}
         stays = longest_stays(
             closed,
-            lambda place: list(filter(None, self._next_places(place))),
+            self._places_with_moves,
             lambda place: self._graph.elapsed_ticks(place[0]),
+            lambda place, counter: self._graph.region(place[0], counter),
         )
         return {place for place in closed if stays.get(place, inf) > self._deadline}
-
-
-def longest_stays(
-    nodes: Iterable[Node], following: Callable[[Node], Sequence[Node]], ticks: Callable[[Node], int]
-) -> dict[Node, int]:
-    """For how many ticks runs stay in nodes and what follows them, of which none is left out.
-
-    Nodes where they may stay for ever are missing. A node lasts for `ticks`.
-    """
-    after = {node: following(node) for node in reachable(nodes, following)}
-    before = grouped((target, here) for here, out in after.items() for target in out)
-    remaining = {node: len(out) for node, out in after.items()}
-    stays, waiting = dict[Node, int](), [node for node, count in remaining.items() if not count]
-    while waiting:
-        node = waiting.pop()
-        stays[node] = ticks(node) + max((stays[target] for target in after[node]), default=0)
-        for earlier in before.get(node, ()):
-            remaining[earlier] -= 1
-            waiting += [] if remaining[earlier] else [earlier]
-    return stays

@@ -6,18 +6,20 @@ changes its verdict.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import join_words
+from specc.model import expr as m
 from specc.model.requirement import (
     BoolOp,
     Requirement,
     Temporal,
     TemporalFormula,
+    TickCondition,
     antecedent,
     horizon_s,
     is_timeless,
@@ -36,6 +38,10 @@ RequirementStatus = Literal[
     "proved", "violated", "may be violated", "open", "not decided", "not explored"
 ]
 
+MEASURED = "reported", "observed"
+"""The kinds of readings that exploring never knows."""
+MEASURED_SHARE = 16
+"""A requirement that no trace can violate gets one part in so many of the budget."""
 MOST_NAMED = 3
 """Measurements that a verdict names."""
 
@@ -80,8 +86,7 @@ class RequirementVerdict:
 
 def _unknown_values(requirement: Requirement) -> str:
     """The values of a requirement that exploring cannot know."""
-    measured = ("reported", "observed")
-    found = dict.fromkeys(f"`{x.name}`" for x in requirement.readings if x.kind in measured)
+    found = dict.fromkeys(f"`{x.name}`" for x in requirement.readings if x.kind in MEASURED)
     if not found:
         return "it is about values that are not known"
     named = [*found][:MOST_NAMED]
@@ -126,6 +131,43 @@ def is_monitorable(requirement: Requirement) -> bool:
         return False
 
 
+def possible_truths(requirement: Requirement) -> set[TruthValue]:
+    """The truth values that a formula may have, if measurements are never known."""
+    measured = {x.name for x in requirement.readings if x.kind in MEASURED}
+
+    def of_expr(expr: m.Expr) -> set[TruthValue]:
+        match expr:
+            case m.Unary(op="not", operand=operand):
+                return {None if truth is None else not truth for truth in of_expr(operand)}
+            case m.Logic(op=op, operands=operands):
+                return _junction(op, map(of_expr, operands))
+        names = {leaf.name for leaf in m.walk(expr) if isinstance(leaf, m.MemoryRef)}
+        return {True, False, None} if names.isdisjoint(measured) else {None}
+
+    def of(formula: TemporalFormula) -> set[TruthValue]:
+        match formula:
+            case TickCondition(that=that):
+                return of_expr(that)
+            case BoolOp(op="not", operands=(operand,)):
+                return {None if truth is None else not truth for truth in of(operand)}
+            case BoolOp(op="and" | "or" as op, operands=operands):
+                return _junction(op, map(of, operands))
+        return set[TruthValue]().union(*map(of, formula.operands))
+
+    return of(requirement.formula)
+
+
+def _junction(op: str, parts: Iterable[set[TruthValue]]) -> set[TruthValue]:
+    """The truth values of a conjunction or a disjunction of independent parts."""
+    absorbing, each = op == "or", list(parts)
+    found: set[TruthValue] = {absorbing} if any(absorbing in part for part in each) else set()
+    others = [part - {absorbing} for part in each]
+    if all(others):
+        found |= {None} if any(None in part for part in others) else set()
+        found |= {not absorbing} if all(absorbing not in part for part in others) else set()
+    return found
+
+
 def judge(
     subject: RequirementSlice, budget: int
 ) -> tuple[RequirementVerdict, list[TracedFinding], list[Graph]]:
@@ -148,15 +190,19 @@ def judge(
     def look(graph: Graph) -> dict[int, TracedFinding]:
         return {index: _violation_finding(graph, requirement) for index in graph.violated}
 
-    results = refine(build, look, budget)
+    is_measured = False not in possible_truths(requirement)
+    budget = budget // MEASURED_SHARE if is_measured else budget
+    results = refine(build, look, budget, lambda graph: _tracker(graph).proves(0))
     graphs = [graph for graph, _ in results]
     last = graphs[-1]
-    if not (last.is_complete or last.broken_off):
+    if not (last.is_complete or last.broken_off or is_measured):
         # With deadlines too distant for all traces, a single trace may still show the awaited one.
         one = build(Precision(counts_time=True), budget, only_forced=True)
         results.insert(0, (one, look(one)))
     violation, is_exact = not_refuted(results).get(0, (None, False))
     verdict = _verdict(graphs, requirement, violation)
+    if verdict == "not explored" and is_measured:
+        verdict = "not decided"
     is_asked = not (verdict == "proved" and probes and _is_proved(graphs, 1))
     why = ""
     if verdict == "not decided":

@@ -20,7 +20,8 @@ from specc.tools.explore.cone import Cone, InputUse, renamed
 from specc.tools.explore.cuts import target_name
 from specc.tools.explore.liveness import live_inputs, live_memory
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
-from specc.tools.explore.regions import value_leaves
+from specc.tools.explore.ranking import change
+from specc.tools.explore.regions import Region, value_leaves
 from specc.tools.explore.timing import Clocks, mode_timers
 from specc.tools.explore.transitions import (
     FAILED,
@@ -300,6 +301,7 @@ class Walker:
             yield _failure(before, before.state or branch.target, free)
             return
         written, live = dict[InputName, tuple[int, ...]](), self._live_memory[branch.target]
+        changed = dict[str, m.Expr]()
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
@@ -314,6 +316,7 @@ class Walker:
                     target, value, known, sent=output, is_first=before.state == ""
                 )
             if not key[0]:
+                changed[key[1]] = value
                 answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
                 mode = mode_of("periods", key[1])
@@ -334,7 +337,26 @@ class Walker:
             )
             now = MachineState(branch.target, clock, memory_after, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
-            yield now, Transition(before.state, branch.target, branch.row, sent, free, lost)
+            counts = tuple(self._counts(before.memory, memory_after, changed, known))
+            yield (
+                now,
+                Transition(before.state, branch.target, branch.row, sent, free, lost, (), counts),
+            )
+
+    def _counts(
+        self,
+        before: tuple[int, ...],
+        after: tuple[int, ...],
+        changed: Mapping[str, m.Expr],
+        known: KnownValues,
+    ) -> Iterator[tuple[str, float]]:
+        """The numbers that get a new value in the same region (`Transition.counts`)."""
+        for name, value in changed.items():
+            slot = self.memory_slots[name]
+            region = self.values.value(after[slot])
+            if isinstance(region, Region) and before and before[slot] == after[slot]:
+                low, high = change(value, name, known, region)
+                yield name, float(low if low > 0 else min(high, 0))
 
     def known_at_entry(self, row: int, known: KnownValues) -> KnownValues:
         """The known values with which the functions of a state that a row enters begin."""
