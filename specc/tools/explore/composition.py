@@ -134,7 +134,7 @@ class Composition:
             for name in names
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
-        of_kinds = symmetric and not requirements and len(names) > 1
+        of_kinds = symmetric and not (requirements or probes) and len(names) > 1
         self.copies = copies_in(names, abstraction) if of_kinds else []
         self._link_cache: dict[
             tuple[int, int, MachineConfiguration], tuple[tuple[int, ...], ...]
@@ -161,7 +161,7 @@ class Composition:
         system, whole_s = abstraction.facts.system, abstraction.tick_s
         self.durations = [int(ticks * self.tick_s / whole_s) for ticks in self._ticks_until_due]
         self.tracker: RequirementTracker | None = None
-        if requirements:
+        if requirements or probes:
             self.tracker = RequirementTracker(
                 requirements, probes, self.walkers, self.values, system, whole_s
             )

@@ -14,10 +14,11 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
-from specc.tools.explore.main_graph import SliceGraphs
+from specc.tools.explore.plain_graphs import Formulas, SliceGraphs, judge_responses
 from specc.tools.explore.refine import finest_complete, not_refuted, refine
 from specc.tools.explore.symmetry import group_equal_slices
 from specc.tools.explore.verdicts import (
+    Judgement,
     RequirementSlice,
     RequirementVerdict,
     judge,
@@ -210,17 +211,25 @@ def _explore_requirements(
             if proof := next(filter(None, proofs), None):
                 verdicts[key] = proof
                 continue
-            verdict, found, own = judge(subject, budget // REQUIREMENT_SHARE)
+            judgement = _judge(subject, budget // REQUIREMENT_SHARE)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
-        result.broken_off = next((g.broken_off for g in own if g.broken_off), "")
-        verdicts[key] = verdict
-        result.findings += found
+        graphs_here = judgement.graphs
+        result.broken_off = next((g.broken_off for g in graphs_here if g.broken_off), "")
+        verdicts[key] = judgement.verdict
+        result.findings += judgement.findings
     result.requirements = [
         verdicts.get(id(requirement)) or undecided_verdict(requirement)
         for requirement in facts.system.requirements
     ]
+
+
+def _judge(subject: RequirementSlice, budget: int) -> Judgement:
+    """Judge a requirement without a monitor if its shape allows that."""
+    formulas = Formulas.of(subject.requirement)
+    found = judge_responses(subject, formulas, budget) if formulas else None
+    return found or judge(subject, budget)
 
 
 def _explore_slice(

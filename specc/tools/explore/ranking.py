@@ -65,12 +65,12 @@ def longest_stays(
     nodes: Iterable[Node],
     following: Callable[[Node], Edges[Node]],
     ticks: Callable[[Node], int],
-    region: Callable[[Node, Counter], Region | None],
+    region: Callable[[Node, Counter], Region | None] | None = None,
 ) -> dict[Node, int]:
     """For how many ticks runs stay in nodes and what follows them, of which none is left out.
 
     Nodes where they may stay for ever are missing. A node lasts for `ticks`; `region` is that of
-    a number there, if it is known.
+    a number there, if it is known. Without it no counter ends a cycle.
     """
     reached = reachable(nodes, lambda node: [target for target, _ in following(node)])
     return _Stays({node: following(node) for node in reached}, ticks, region).by_node
@@ -83,13 +83,15 @@ class _Stays(Generic[Node]):
         self,
         after: Mapping[Node, Edges[Node]],
         ticks: Callable[[Node], int],
-        region: Callable[[Node, Counter], Region | None],
+        region: Callable[[Node, Counter], Region | None] | None,
     ) -> None:
         self._after, self._ticks, self._region = after, ticks, region
         self.by_node: dict[Node, int] = {}
         self._follow_paths_backwards()
         self._cyclic = [node for node in after if node not in self.by_node]
         best: dict[Node, int] = {}
+        if self._region is None:
+            return
         for found in (each for one in self._counters() for each in self._contractions(one)):
             best = max(best, found, key=lambda stays: len(stays))
             if len(best) == len(self._cyclic):
@@ -119,6 +121,7 @@ class _Stays(Generic[Node]):
 
         What leads from the zone back to it by any other step is a loop of that node.
         """
+        assert self._region is not None
         regions = {node: self._region(node, counter) for node in self._cyclic}
         for region, sign in product(dict.fromkeys(filter(None, regions.values())), (1, -1)):
             inside: dict[Node, Edges[Node]] = {}

@@ -87,11 +87,6 @@ class Regions:
         if max(low, begin) <= high:
             yield Region(begin, math.inf)
 
-    def is_within(self, number: float) -> bool:
-        """Whether a number lies between zero and one of the cuts."""
-        ends = [0, *(cut.value for cut in (*self.cuts[:1], *self.cuts[-1:]))]
-        return min(ends) <= number <= max(ends)
-
 
 @dataclass(frozen=True, slots=True)
 class NumberDomain:
@@ -109,6 +104,12 @@ class NumberDomain:
         """The regions, within the proven bounds, that intersect a range."""
         for region in self.regions.intersecting(low, high, whole=whole):
             yield Region(max(region.low, self.low), min(region.high, self.high))
+
+    def is_decisive(self, number: float) -> bool:
+        """Whether a number lies between its proven bounds, zero and its cuts."""
+        ends = [0, *(cut.value for cut in self.regions.cuts), self.low, self.high]
+        finite = [end for end in ends if math.isfinite(end)]
+        return min(finite) <= number <= max(finite)
 
 
 def is_number(expr: m.Expr) -> bool:

@@ -190,6 +190,5 @@ class PendingAnswers:
             closed,
             self._places_with_moves,
             lambda place: self._graph.elapsed_ticks(place[0]),
-            lambda place, counter: self._graph.region(place[0], counter),
         )
         return {place for place in closed if stays.get(place, inf) > self._deadline}

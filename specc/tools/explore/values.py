@@ -124,10 +124,11 @@ class ValueTable:
         if number in seen:
             return True
         domain = self._domains.get(target, _ANY_NUMBER)
-        if isinstance(value, m.Number) and self._max_values is None:
-            allowed = len(seen) < MOST_VALUES or domain.regions.is_within(value.value)
+        if self._max_values is not None:
+            allowed = not domain.counts and len(seen) < self._max_values
         else:
-            allowed = not domain.counts and len(seen) < MOST_VALUES
+            is_decisive = not isinstance(value, m.Number) or domain.is_decisive(value.value)
+            allowed = is_decisive or len(seen) < MOST_VALUES
         if allowed and not is_larger_than(value, MOST_PARTS):
             seen.add(number)
             return True
