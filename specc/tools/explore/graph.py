@@ -18,6 +18,7 @@ from typing import Literal, NamedTuple
 from specc.tools.explore.composition import Composition, Configuration, Edge
 from specc.tools.explore.regions import Region
 from specc.tools.explore.symmetry import Permutation, composed
+from specc.tools.explore.transitions import FAILED
 
 PathEdge = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
@@ -75,6 +76,12 @@ class Graph:
     def is_complete(self) -> bool:
         """Whether the edges of every configuration were followed."""
         return len(self.edges) == len(self.configurations)
+
+    @property
+    def may_fail(self) -> bool:
+        """Whether some step ends a run, the first one included."""
+        first = self.composition.machine_states(self.configurations[0])
+        return bool(self.faults) or any(state.clock == FAILED for state in first)
 
     @property
     def is_counted(self) -> bool:

@@ -233,7 +233,7 @@ def judge_responses(subject: RequirementSlice, formulas: Formulas, budget: int) 
 
     results = refine(build, look, budget, lambda graph: judged[id(graph)].is_proved)
     graphs = [graph for graph, _ in results]
-    if any(graph.faults for graph in graphs):
+    if any(graph.may_fail for graph in graphs):
         return None
     every = [judged[id(graph)] for graph in graphs]
     violation, is_exact = not_refuted(results).get(0, (None, False))
