@@ -14,15 +14,20 @@ from specc_runtime.cycle import Executor
 from specc.emit import fill_templates
 from specc.lower import lower
 from specc.pipeline import Result
+from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
+from specc.tools.explore.graph import Graph
 from tests.explore.against_enumeration import disagreements
 from tests.explore.enumeration import Enumeration
 from tests.explore.formulas import Memory
+from tests.explore.simulation import has_every_run, made_graphs, random_run, unlike_run
 from tests.explore.small_systems import SmallSystem, small_system
 from tests.seeds import Seeds, blocks
 from tests.soundness.running import compiled, package
 
 BUDGET = 20_000
+BUDGETS = (3 * BUDGET, 3 * BUDGET, BUDGET, 2_000)
+RUNS = 3
 TICKS = 120
 
 
@@ -97,7 +102,7 @@ def _places(there: Enumeration, number: int) -> list[tuple[str, tuple[object, ..
     return [(state, memory) for state, _, memory in parts]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), long=10, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(1), also=range(1, 4), long=10, each=5))
 def test_runs_are_among_those_that_are_enumerated(seeds: Seeds, tmp_path: Path) -> None:
     for seed in seeds:
         system = small_system(Random(seed))
@@ -108,16 +113,66 @@ def test_runs_are_among_those_that_are_enumerated(seeds: Seeds, tmp_path: Path) 
             assert not unlike(system, result, there, Random(run)), seed
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 12), long=20, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 9), long=20, each=5))
 def test_what_is_said_of_small_systems_is_what_they_do(seeds: Seeds, tmp_path: Path) -> None:
     counts = Counter[str]()
     for seed in seeds:
         system = small_system(Random(seed))
         result = compiled(system.tree, tmp_path)
         assert result.ok, seed
-        said, there = explore(result.proofs, BUDGET), system.enumerated(result)
+        with made_graphs() as graphs:
+            said = explore(result.proofs, BUDGETS[seed % len(BUDGETS)])
+        there = system.enumerated(result)
         assert not [*disagreements(said, there, system.formulas, counts)], seed
-    assert seeds.are_fresh or {"proved", "violated", "can fail"} <= counts.keys()
+        assert not left(there, graphs, counts), seed
+    assert seeds.are_fresh or {"proved", "violated", "can fail", "graphs"} <= counts.keys()
+
+
+def left(there: Enumeration, graphs: list[Graph], counts: Counter[str]) -> list[str]:
+    """Where random runs leave complete graphs."""
+    runs = [random_run(there, Random(number), TICKS) for number in range(RUNS)]
+    whole = [graph for graph in graphs if has_every_run(graph)]
+    counts["graphs"] += len(whole)
+    found = (unlike_run(graph, run, there.system.tick_s) for graph in whole for run in runs)
+    return [*filter(None, found)]
+
+
+def test_an_explorer_that_delivers_nothing_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(Composition, "deliver", lambda self, due, parts: ())
+    system = small_system(Random(3))
+    result = compiled(system.tree, tmp_path)
+    with made_graphs() as graphs:
+        explore(result.proofs, BUDGET)
+    assert left(system.enumerated(result), graphs, Counter())
+
+
+DOUBTS = ("not explored", "may be violated", "open", "not decided")
+"""What more steps may decide either way."""
+
+
+@pytest.mark.parametrize("seeds", blocks((), also=range(4), long=8, each=4)[1:])
+def test_more_steps_decide_nothing_the_other_way(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        result = compiled(small_system(Random(seed)).tree, tmp_path)
+        said = [explore(result.proofs, budget).requirements for budget in (500, 5_000, 50_000)]
+        for verdicts in zip(*said, strict=True):
+            sure = {each.verdict for each in verdicts} - {*DOUBTS}
+            assert len(sure) < 2, (seed, verdicts[0].requirement.that)
+            proved = [each.verdict == "proved" for each in verdicts]
+            later = [e.verdict for e in verdicts[proved.index(True) :]] if any(proved) else []
+            assert "may be violated" not in later, (seed, verdicts[0].requirement.that)
+
+
+@pytest.mark.parametrize("seeds", blocks((), also=range(2), long=4, each=2)[1:])
+def test_a_requirement_has_the_same_verdict_alone(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        system = small_system(Random(seed))
+        together = explore(compiled(system.tree, tmp_path).proofs, BUDGET)
+        for number, each in enumerate(together.requirements):
+            alone = explore(compiled(system.alone(number), tmp_path).proofs, BUDGET)
+            assert [r.verdict for r in alone.requirements] == [each.verdict], (seed, number)
 
 
 WRONG = {
