@@ -14,7 +14,6 @@ from tests.soundness.running import built
 Tree = dict[str, Any]
 LONGEST_S = 1.5
 TIMES_S = (0.1, 0.25, 0.3, 0.5, 1.0, LONGEST_S)
-SPANS_S = (0.1, 0.3, 0.5, 1.0, 2.5)
 LIMITS = (3, 3, 4, 5, 7, 9, 12, 17, 25, 40)
 SENSORS: dict[str, tuple[str, tuple[Any, ...]]] = {
     "seen": ("bool", (False, True)),
@@ -55,7 +54,12 @@ COMPARED = (
     "2 * {k} - 3 >= {n}",
     "sign({k} - {s}) > 0",
 )
-TIMED = ("elapsed > {t}[s]", "elapsed >= {t}[s] and {k} < {n}", "elapsed > {t}[s] or {k} > {n}")
+TIMED = (
+    "elapsed > {t}[s]",
+    "elapsed >= 0.25[s] * q",
+    "elapsed >= {t}[s] and {k} < {n}",
+    "elapsed > {t}[s] or {k} > {n}",
+)
 
 
 @dataclass(slots=True)
@@ -264,15 +268,21 @@ def small_system(rng: Random) -> SmallSystem:
             domains[f"{name}.R.eye.d"] = values
     tree: Tree = {"specc": 1.3, "system": "small", "types": {"Part": "enum[u, v, w]"}}
     tree["agents"] = agents
-    formulas = [_formula(rng, agents) for _ in range(3)]
+    formulas = [_formula(rng, agents, limits) for _ in range(3)]
     tree["require"] = [{"that": f.text, "because": "it is so"} for f in formulas]
     return SmallSystem(tree, formulas, domains)
 
 
-def _formula(rng: Random, agents: Tree) -> Formula:
+def _formula(rng: Random, agents: Tree, limits: tuple[int, ...]) -> Formula:
     form = rng.choice([*Form, Form.ALWAYS, Form.ANSWERED, Form.ANSWERED])
-    parts = [_atom(rng, agents) for _ in range(2)]
-    return Formula(form, parts[0], parts[1], rng.choice(SPANS_S))
+    p, q = (_atom(rng, agents) for _ in range(2))
+    # Deadlines are about as long as a state lasts that counts up to a limit.
+    span_s = (rng.choice(limits) + rng.randrange(-1, 3)) * rng.choice((0.05, 0.1))
+    if form == Form.ANSWERED and rng.randrange(2):
+        name = rng.choice([*agents])
+        p = f"state({name}.c) == {rng.choice([*agents[name]['control']['states']])}"
+        q = f"not ({p})"
+    return Formula(form, p, q, round(span_s, 2))
 
 
 def _atom(rng: Random, agents: Tree) -> str:
