@@ -113,7 +113,7 @@ def test_runs_are_among_those_that_are_enumerated(seeds: Seeds, tmp_path: Path) 
             assert not unlike(system, result, there, Random(run)), seed
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 9), long=20, each=5))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 6), long=20, each=5))
 def test_what_is_said_of_small_systems_is_what_they_do(seeds: Seeds, tmp_path: Path) -> None:
     counts = Counter[str]()
     for seed in seeds:
@@ -200,15 +200,11 @@ def test_a_wrong_verdict_is_noticed(verdict: Any, tmp_path: Path) -> None:
     assert 2 * noticed >= compared > 2
 
 
-@pytest.mark.long
 def test_silence_is_noticed(tmp_path: Path) -> None:
-    """An exploration that finds nothing."""
-    noticed = set[str]()
-    for seed in range(9):
-        system = small_system(Random(seed))
-        result = compiled(system.tree, tmp_path)
-        said, there = explore(result.proofs, BUDGET), system.enumerated(result)
-        silent = replace(said, findings=[])
-        found = disagreements(silent, there, system.formulas, Counter())
-        noticed |= {" ".join(each.split()[-6:]) for each in found}
-    assert len(noticed) > 1
+    """Of an exploration that finds nothing, where an event is lost and a machine waits for ever."""
+    system = small_system(Random(4))
+    result = compiled(system.tree, tmp_path)
+    said, there = explore(result.proofs, BUDGET), system.enumerated(result)
+    found = [*disagreements(replace(said, findings=[]), there, system.formulas, Counter())]
+    assert any("is lost" in each for each in found)
+    assert any("never leaves" in each for each in found)
