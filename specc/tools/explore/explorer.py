@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Literal
 
 from specc.analysis import Facts
@@ -105,6 +106,8 @@ class Exploration:
     not_begun: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
+    reached_rows: set[tuple[str, int]] = field(default_factory=set)
+    """The rows that some way takes, by machine and index in its table."""
 
     @property
     def status(self) -> str:
@@ -164,6 +167,8 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         explored, graph, found_here = _explore_slice(names, abstraction, facts, share)
         for finding in found_here.values():
             add_best(found, finding)
+        for name, row in _reached_rows(graph):
+            result.reached_rows.update((same[name], row) for same in ({name: name}, *others))
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(explored, equal_machines=alike))
         result.broken_off = graph.broken_off
@@ -227,6 +232,21 @@ def _explore_slice(
         for about, (finding, exactly) in not_refuted(steps).items()
     }
     return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
+
+
+def _reached_rows(graph: Graph) -> set[tuple[str, int]]:
+    """The rows that some way takes, by machine and index; what a copy takes all of them can."""
+    names, found = graph.composition.names, set[tuple[int, int]]()
+    for edge in chain.from_iterable(graph.edges):
+        for step in (edge, *edge.loop):
+            found.update((machine, move.row) for machine, move in step.transitions if move.row >= 0)
+    alike = {
+        machine: same
+        for copies in graph.composition.copies
+        for same in zip(*copies.machines, strict=True)
+        for machine in same
+    }
+    return {(names[n], row) for machine, row in found for n in alike.get(machine, (machine,))}
 
 
 def _findings_or_none(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsById:

@@ -1,0 +1,232 @@
+"""`specc coverage`: what recorded runs tried of their specification, and what none of them did."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from specc.cli import streams
+from specc.cli.recordings import (
+    call_runtime,
+    constants_for,
+    print_losses,
+    recorded_constants,
+    recorded_texts,
+    texts_by_path,
+)
+from specc.diagnostics import Diagnostic, blocks, merge_duplicates
+from specc.diagnostics.phrases import counted, join_some, truncate
+from specc.diagnostics.report import Report, brief, report, resolve, shown_path
+from specc.refusal import Refused
+from specc.tools.coverage import KINDS, Coverage, CoverageItem, ForeignRunError, Share, total
+from specc.tools.coverage.gaps import UNKNOWN, Reach, gap_findings, ignored_gaps, reach_of
+
+if TYPE_CHECKING:
+    from specc.pipeline import Result
+
+VERSION = 1
+_LONGEST, _MOST_NAMED = 1000, 3
+_PLURALS = {
+    "state": "states",
+    "row": "rows",
+    "condition": "conditions",
+    "function": "functions",
+    "equation": "equations",
+    "requirement": "requirements",
+}
+
+
+@dataclass(slots=True)
+class _Run:
+    """A recording: its metadata, the texts of its specification, and what its machines did."""
+
+    file: str
+    about: Mapping[str, str]
+    texts: Mapping[str, str]
+    reading: Any
+    passages: Any = field(repr=False)
+
+
+def coverage(options: Namespace) -> int:
+    """Count what the runs tried; 1 if it is less than `--fail-under`, 3 for a damaged file."""
+    runs = [_run(file) for file in options.files]
+    for other in runs[1:]:
+        _check_same(runs[0], other)
+    result = _given(runs[0], options.spec) if options.spec else _recorded(runs[0])
+    if result is None or result.system is None:
+        return 1
+    found = Coverage(result.system)
+    for run in runs:
+        try:
+            found.add(run.passages.counts, run.passages.report)
+        except ForeignRunError as error:
+            words = truncate(str(error), _LONGEST)
+            words = f"{run.file}: {words}, which the specification in {runs[0].file} does not have"
+            raise Refused(words) from None
+    findings = gap_findings(found, _reach(found, result, options))
+    left_out = ignored_gaps(findings, result.sources)
+    shown = {item: each for item, each in findings.items() if item not in left_out}
+    agents = [agent.name for agent in result.system.agents]
+    merged = merge_duplicates(shown.values(), agents)
+    gaps = report(resolve(merged, result.sources), [options.spec or next(iter(runs[0].texts))])
+    if options.format == "text":
+        streams.print_output(_as_text(found, runs, left_out))
+        streams.print_output(_gap_lines(gaps, found, options))
+    elif options.format == "json":
+        streams.print_output(_as_json(found, runs, result, findings, left_out), "json")
+    else:
+        streams.print_report(gaps, options.format)
+    return _exit_code(runs, total(found.shares(left_out).values()), options.fail_under)
+
+
+def _run(file: str) -> _Run:
+    path = Path(file)
+    about, texts = call_runtime("recording.messages", "recorded", path)
+    reading = call_runtime("recording.reading", "RecordFile", path)
+    passages = call_runtime("recording.passages", "passages", path, reading)
+    return _Run(file, about, texts, reading, passages)
+
+
+def _check_same(first: _Run, other: _Run) -> None:
+    """Raises Refused for recordings of different specifications."""
+    systems = [truncate(str(run.about.get("system", "")), _LONGEST) for run in (first, other)]
+    if systems[0] != systems[1]:
+        words = f"{other.file} is a recording of {systems[1]}, {first.file} one of {systems[0]}"
+        raise Refused(f"{words}: runs of one specification are counted together")
+    if changed := _differing(first.texts, other.texts):
+        words = f"{other.file} was recorded with another text of {changed} than {first.file}"
+        raise Refused(f"{words}: count them apart, or record them anew")
+
+
+def _differing(first: Mapping[str, str], other: Mapping[str, str]) -> str:
+    """The files with other texts, by their names in the first specification; or empty."""
+    if [*first.values()] == [*other.values()]:
+        return ""
+    names = [n for (n, a), b in zip(first.items(), other.values(), strict=False) if a != b]
+    return truncate(join_some(names or [*first][:1], _MOST_NAMED), _LONGEST)
+
+
+def _recorded(run: _Run) -> Result:
+    """The specification in a recording, of which no other file is read. Raises Refused."""
+    from specc import pipeline
+
+    spec = next(iter(run.texts), "")
+    texts = texts_by_path(run.texts, spec)
+    result = pipeline.read_texts(spec, texts, recorded_constants(run.about))
+    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
+    if errors or result.system is None:
+        what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST) or "there is none"
+        raise Refused(f"{run.file}: the specification in the file cannot be read: {what}")
+    return result
+
+
+def _given(run: _Run, spec: str) -> Result | None:
+    """The user's specification; None where it has errors, which are printed. Raises Refused."""
+    from specc import pipeline
+
+    values = constants_for(run.file, run.about, spec)
+    result = pipeline.compile_spec(spec, values)
+    if not result.ok:
+        streams.print_findings(result, spec)
+        return None
+    if changed := _differing(run.texts, recorded_texts(result.sources)):
+        words = f"{run.file} was recorded with another text of {changed}"
+        raise Refused(f"{words} than {spec} has now: record it anew, or leave --spec out")
+    return result
+
+
+def _reach(found: Coverage, result: Result, options: Namespace) -> Reach:
+    """What exploring says of rows, if some were taken in no run and the specification is given."""
+    if not options.budget or not options.spec or all(i.kind != "row" for i in found.gaps):
+        return UNKNOWN
+    from specc.tools.explore.explorer import explore
+
+    explored = explore(result.proofs, options.budget)
+    if explored.broken_off == "interrupted":
+        raise KeyboardInterrupt
+    return reach_of(explored)
+
+
+def _exit_code(runs: Sequence[_Run], share: Share, least: float | None) -> int:
+    code = max(int(print_losses(run.reading)) for run in runs)
+    if least is not None and 100 * share.covered < least * share.of:
+        words = f"{share.percent:.1f} % is less than the {least:g} % of --fail-under"
+        streams.print_message(f"specc: {words}")
+        code = code or 1
+    return code
+
+
+def _as_text(found: Coverage, runs: Sequence[_Run], left_out: Collection[CoverageItem]) -> str:
+    """A table of the machines, and what counts for all of them."""
+    shares = found.shares(left_out)
+    of_kind = {kind: total(s for (k, _), s in shares.items() if k == kind) for kind in KINDS}
+    kinds, none = KINDS[:4], Share(0, 0)
+    rows = [["", *(_PLURALS[kind] for kind in kinds)]]
+    for name in found.machines:
+        rows.append([name, *(str(shares.get((kind, name), none)) for kind in kinds)])
+    if len(found.machines) > 1:
+        rows.append(["all", *(str(of_kind[kind]) for kind in kinds)])
+    time_s = sum(run.passages.end_s for run in runs)
+    lines = [f"{counted(len(runs), 'run')}, {time_s:.6g} s\n", streams.format_table(rows)]
+    for kind in KINDS[4:]:
+        if of_kind[kind].of:
+            lines.append(f"{_PLURALS[kind]}: {of_kind[kind]}\n")
+    share = total(shares.values())
+    but = f", but for {counted(len(left_out), 'gap')} left out by comments" if left_out else ""
+    lines.append(f"all in all: {share.percent:.1f} % ({share}){but}\n")
+    return "".join(lines)
+
+
+def _gap_lines(gaps: Report, found: Coverage, options: Namespace) -> str:
+    lines = [f"{gap.diagnostic.code} {brief(gap)}\n" for gap in gaps.shown]
+    if gaps.not_shown:
+        lines.append(f"{counted(gaps.not_shown, 'more gap')} not shown\n")
+    if not options.spec and any(item.kind == "row" for item in found.gaps):
+        lines.append("which rows can be taken at all is explored with --spec SPEC\n")
+    return "".join(lines)
+
+
+def _as_json(
+    found: Coverage,
+    runs: Sequence[_Run],
+    result: Result,
+    findings: Mapping[CoverageItem, Diagnostic],
+    left_out: Collection[CoverageItem],
+) -> str:
+    """An object with what is covered, and each item with its count, place and gap."""
+
+    def share(each: Share) -> dict[str, Any]:
+        return {"covered": each.covered, "of": each.of, "percent": each.percent}
+
+    def items() -> Iterator[dict[str, Any]]:
+        for item, count in found.counts.items():
+            span = result.sources.span(item.place)
+            finding = findings.get(item)
+            yield {
+                "kind": item.kind,
+                "subsystem": item.subsystem or None,
+                "name": item.name,
+                **({} if item.truth is None else {"truth": item.truth}),
+                "count": count,
+                "file": shown_path(span.file),
+                "line": span.line,
+                "gap": finding and {"code": finding.code, "message": finding.message},
+                "ignored": item in left_out,
+            }
+
+    shares = found.shares(left_out)
+    assert result.system is not None
+    return streams.as_json(
+        VERSION,
+        result.system.name,
+        runs=[{"file": run.file, "simulated_s": run.passages.end_s} for run in runs],
+        all=share(total(shares.values())),
+        kinds={
+            _PLURALS[kind]: share(total(s for (k, _), s in shares.items() if k == kind))
+            for kind in KINDS
+        },
+        items=list(items()),
+    )
