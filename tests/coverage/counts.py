@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from mcap.reader import make_reader
 from specc.lang import show
 from specc.model.system import Subsystem, System
 from specc.source import Sources
+from specc.tools.why import Moment
 from tests.recording.runs import messages
 
 CONSTANT = {"always", "never", "otherwise"}
@@ -79,3 +81,35 @@ def of_output(items: Iterable[Mapping[str, Any]]) -> Counter[Key]:
             name = f"{item['line']} {name.partition(' ')[0].partition('(')[0]}"
         found[kind, item["subsystem"] or "", name, item.get("truth")] += item["count"]
     return found
+
+
+def evaluated(system: System, file: Path) -> Counter[Key]:
+    """How often each condition was true and false, by what it is worth on the recorded values.
+
+    The recording has to be exact. In a state the conditions that end it are asked in turn up to the
+    first one that holds, and then those of the rows of this cause.
+    """
+    topics, found = messages(file), Counter[Key]()
+    for subsystem in system.subsystems:
+        steps = [step for _, step in topics[f"/{subsystem.qualified_name}"]]
+        entered_s = steps[0]["time"]
+        for last, step in pairwise(steps):
+            elapsed_s = step["time"] - entered_s
+            moment = Moment(
+                system, subsystem, step, last["memory"], elapsed_s, is_exact=True, array=None
+            )
+            for name, truth in _truths(subsystem, moment, step["before"]).items():
+                found["condition", subsystem.qualified_name, name, truth] += 1
+            entered_s = step["time"] if step["row"] >= 0 else entered_s
+    return found
+
+
+def _truths(subsystem: Subsystem, moment: Moment, state: str) -> dict[str, bool]:
+    truths: dict[str, bool] = {}
+    for cause, ending in subsystem.state(state).behaviour.endings:
+        truths[ending.name] = bool(moment.value(ending.when))
+        if truths[ending.name]:
+            others = [row for _, row in subsystem.rows(state, cause) if not row.is_otherwise]
+            truths |= {row.condition.name: bool(moment.value(row.condition.when)) for row in others}
+            break
+    return truths

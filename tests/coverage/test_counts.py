@@ -10,7 +10,7 @@ import pytest
 
 from specc import pipeline
 from tests.commands import ROOT, specc
-from tests.coverage.counts import counted, of_output
+from tests.coverage.counts import counted, evaluated, of_output
 from tests.scenarios.runs import INSTALLED, SPECS
 
 RUNS = {
@@ -33,6 +33,17 @@ RUNS = {
     "examples/panda_bin.yaml": ("4",),
 }
 """Simulated seconds of each run, of seeds from 0 on."""
+EVALUATED = {
+    "conveyor_gate.yaml": "12",
+    "rovers.yaml": "8",
+    "examples/tray_cell.yaml": "14",
+    "architectures/reactive.yaml": "8",
+    "architectures/services.yaml": "8",
+    "architectures/syndicate.yaml": "8",
+    "architectures/teleoperation.yaml": "20",
+    "architectures/two_tier.yaml": "8",
+}
+"""Whose conditions call no operators."""
 NOT_RUN = {"irp_picking_as_published.yaml"}
 WITH_MODELS = {"examples/mobile_panda.yaml", "examples/panda_bin.yaml"}
 EACH = [
@@ -60,6 +71,23 @@ def test_counts_are_those_of_the_messages_of_all(name: str, tmp_path: Path) -> N
     for seed, (file, duration_s) in enumerate(zip(files, RUNS[name], strict=True)):
         specc("run", SPECS / name, "--seed", seed, "--duration", duration_s, "--record", file)
     compare(SPECS / name, files)
+
+
+@pytest.mark.long
+@pytest.mark.no_replay("what runs do is replayed elsewhere")
+@pytest.mark.parametrize("name", EVALUATED, ids=lambda name: Path(name).stem)
+def test_truths_are_those_of_the_recorded_values(name: str, tmp_path: Path) -> None:
+    file, duration_s = tmp_path / "run.mcap", EVALUATED[name]
+    specc("run", SPECS / name, "--duration", duration_s, "--record", file, "--record-exact")
+    result = pipeline.read_spec(str(SPECS / name))
+    assert result.system is not None
+    by_value = evaluated(result.system, file)
+    content = json.loads(specc("coverage", file, "--format", "json").stdout)
+    conditions = [item for item in content["items"] if item["kind"] == "condition"]
+    assert len(conditions) > 10
+    for item in conditions:
+        key = "condition", item["subsystem"], item["name"], item["truth"]
+        assert item["count"] == by_value[key], key
 
 
 def compare(spec: Path, files: Sequence[Path]) -> None:
