@@ -29,14 +29,6 @@ if TYPE_CHECKING:
 
 VERSION = 1
 _LONGEST, _MOST_NAMED = 1000, 3
-_PLURALS = {
-    "state": "states",
-    "row": "rows",
-    "condition": "conditions",
-    "function": "functions",
-    "equation": "equations",
-    "requirement": "requirements",
-}
 
 
 @dataclass(slots=True)
@@ -164,7 +156,7 @@ def _as_text(found: Coverage, runs: Sequence[_Run], left_out: Collection[Coverag
     shares = found.shares(left_out)
     of_kind = {kind: total(s for (k, _), s in shares.items() if k == kind) for kind in KINDS}
     kinds, none = KINDS[:4], Share(0, 0)
-    rows = [["", *(_PLURALS[kind] for kind in kinds)]]
+    rows = [["", *(f"{kind}s" for kind in kinds)]]
     for name in found.machines:
         rows.append([name, *(str(shares.get((kind, name), none)) for kind in kinds)])
     if len(found.machines) > 1:
@@ -173,7 +165,7 @@ def _as_text(found: Coverage, runs: Sequence[_Run], left_out: Collection[Coverag
     lines = [f"{counted(len(runs), 'run')}, {time_s:.6g} s\n", streams.format_table(rows)]
     for kind in KINDS[4:]:
         if of_kind[kind].of:
-            lines.append(f"{_PLURALS[kind]}: {of_kind[kind]}\n")
+            lines.append(f"{kind}s: {of_kind[kind]}\n")
     share = total(shares.values())
     but = f", but for {counted(len(left_out), 'gap')} left out by comments" if left_out else ""
     lines.append(f"all in all: {share.percent:.1f} % ({share}){but}\n")
@@ -225,7 +217,7 @@ def _as_json(
         runs=[{"file": run.file, "simulated_s": run.passages.end_s} for run in runs],
         all=share(total(shares.values())),
         kinds={
-            _PLURALS[kind]: share(total(s for (k, _), s in shares.items() if k == kind))
+            f"{kind}s": share(total(s for (k, _), s in shares.items() if k == kind))
             for kind in KINDS
         },
         items=list(items()),
