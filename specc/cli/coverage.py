@@ -14,10 +14,10 @@ from specc.cli.recordings import (
     constants_for,
     print_losses,
     recorded_constants,
+    recorded_spec,
     recorded_texts,
-    texts_by_path,
 )
-from specc.diagnostics import Diagnostic, blocks, merge_duplicates
+from specc.diagnostics import Diagnostic, merge_duplicates
 from specc.diagnostics.phrases import counted, join_some, truncate
 from specc.diagnostics.report import Report, brief, report, resolve, shown_path
 from specc.refusal import Refused
@@ -25,6 +25,8 @@ from specc.tools.coverage import KINDS, Coverage, CoverageItem, ForeignRunError,
 from specc.tools.coverage.gaps import UNKNOWN, Reach, gap_findings, ignored_gaps, reach_of
 
 if TYPE_CHECKING:
+    from specc.diagnostics.visible import OutputFormat
+    from specc.model.system import System
     from specc.pipeline import Result
 
 VERSION = 1
@@ -44,20 +46,16 @@ class _Run:
 
 def coverage(options: Namespace) -> int:
     """Count what the runs tried; 1 if it is less than `--fail-under`, 3 for a damaged file."""
-    runs = [_run(file) for file in options.files]
-    for other in runs[1:]:
-        _check_same(runs[0], other)
-    result = _given(runs[0], options.spec) if options.spec else _recorded(runs[0])
+    first, *others = runs = [_run(file) for file in options.files]
+    for other in others:
+        _check_same(first, other)
+    if options.spec:
+        result = _given(first, options.spec, options.format)
+    else:
+        result = recorded_spec(first.texts, recorded_constants(first.about), first.file)
     if result is None or result.system is None:
         return 1
-    found = Coverage(result.system)
-    for run in runs:
-        try:
-            found.add(run.passages.counts, run.passages.report)
-        except ForeignRunError as error:
-            words = truncate(str(error), _LONGEST)
-            words = f"{run.file}: {words}, which the specification in {runs[0].file} does not have"
-            raise Refused(words) from None
+    found = _counted(runs, result.system)
     findings = gap_findings(found, _reach(found, result, options))
     left_out = ignored_gaps(findings, result.sources)
     shown = {item: each for item, each in findings.items() if item not in left_out}
@@ -101,28 +99,27 @@ def _differing(first: Mapping[str, str], other: Mapping[str, str]) -> str:
     return truncate(join_some(names or [*first][:1], _MOST_NAMED), _LONGEST)
 
 
-def _recorded(run: _Run) -> Result:
-    """The specification in a recording, of which no other file is read. Raises Refused."""
-    from specc import pipeline
+def _counted(runs: Sequence[_Run], system: System) -> Coverage:
+    """What all runs tried. Raises Refused for one that is of another system."""
+    found = Coverage(system)
+    for run in runs:
+        try:
+            found.add(run.passages.counts, run.passages.report)
+        except ForeignRunError as error:
+            words = truncate(str(error), _LONGEST)
+            words = f"{run.file}: {words}, which the specification in {runs[0].file} does not have"
+            raise Refused(words) from None
+    return found
 
-    spec = next(iter(run.texts), "")
-    texts = texts_by_path(run.texts, spec)
-    result = pipeline.read_texts(spec, texts, recorded_constants(run.about))
-    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
-    if errors or result.system is None:
-        what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST) or "there is none"
-        raise Refused(f"{run.file}: the specification in the file cannot be read: {what}")
-    return result
 
-
-def _given(run: _Run, spec: str) -> Result | None:
+def _given(run: _Run, spec: str, form: OutputFormat) -> Result | None:
     """The user's specification; None where it has errors, which are printed. Raises Refused."""
     from specc import pipeline
 
     values = constants_for(run.file, run.about, spec)
     result = pipeline.compile_spec(spec, values)
     if not result.ok:
-        streams.print_findings(result, spec)
+        streams.print_findings(result, spec, form)
         return None
     if changed := _differing(run.texts, recorded_texts(result.sources)):
         words = f"{run.file} was recorded with another text of {changed}"

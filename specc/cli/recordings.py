@@ -233,6 +233,23 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
 # The specification in a recording, as code: for a run that goes on from it with another one.
 
 
+def recorded_spec(
+    texts: Mapping[str, str], values: Mapping[str, str], file: str = "the file"
+) -> Result:
+    """The specification in a recording, as data; no other file is read. Raises Refused."""
+    from specc import pipeline
+
+    if not texts:
+        raise Refused(f"there is no specification in {file}")
+    spec = next(iter(texts))
+    result = pipeline.read_texts(spec, texts_by_path(texts, spec), values)
+    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
+    if errors or result.system is None:
+        what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST_REASON)
+        raise Refused(f"the specification in {file} cannot be read: {what}")
+    return result
+
+
 def recorded_texts(sources: Sources) -> dict[str, str]:
     """The files of a specification, as a recording has them.
 

@@ -145,6 +145,7 @@ def test_recordings_of_different_specifications_are_refused(tmp_path: Path) -> N
     assert specc("coverage", faster, "--spec", other, "--budget", 0).returncode == 0
 
 
+@pytest.mark.long
 def test_a_specification_that_has_changed_is_refused(tmp_path: Path) -> None:
     spec = changed(tmp_path / "other", ("0.5[rad/s]", "0.6[rad/s]"))
     printed = specc("coverage", RECORDED, "--spec", spec)
@@ -171,6 +172,7 @@ def test_comments_leave_gaps_out_of_the_count(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_what_is_left_of_a_cut_recording_counts(tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     content = RECORDED.read_bytes()

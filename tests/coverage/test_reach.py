@@ -46,6 +46,7 @@ def test_runs_take_no_row_to_which_there_is_no_way(name: str, tmp_path: Path) ->
     assert {(name, line) for name, line, _ in taken if name in inside} <= reached
 
 
+@pytest.mark.long
 def test_what_one_copy_can_take_all_copies_can() -> None:
     result = pipeline.compile_spec(str(SPECS / "rovers.yaml"))
     reached = explore(result.proofs, 5000).reached_rows
