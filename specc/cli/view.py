@@ -17,10 +17,12 @@ from specc.cli.recordings import (
     constants_for,
     print_losses,
     recorded_constants,
-    recorded_spec,
     recorded_texts,
     spec_here,
+    texts_by_path,
 )
+from specc.diagnostics import blocks
+from specc.diagnostics.phrases import join_some, truncate
 from specc.model.expr import Call, walk
 from specc.refusal import Refused, missing_package, reason_of
 
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from specc.tools.page.recorded import RecordedRun
     from specc.tools.page.server import Server
 
+_MOST_NAMED, _LONGEST = 3, 1000
 _AT_FIRST_S, _NEWS_S = 2.0, 2.0
 """Wall time for which a file is read before it is shown, and then between two looks at it."""
 
@@ -121,15 +124,21 @@ def _read_texts(
     about: Mapping[str, str], texts: Mapping[str, str], notices: list[str]
 ) -> Result | None:
     """The specification in a recording, as data; None where it has errors, with a notice."""
-    values: Mapping[str, str] = {}
+    from specc import pipeline
+
     try:
         values = recorded_constants(about)
     except Refused as refused:
+        values = {}
         notices.append(str(refused))
-    try:
-        return recorded_spec(texts, values)
-    except Refused as refused:
-        notices.append(str(refused))
+    spec = next(iter(texts), "")
+    result = pipeline.read_texts(spec, texts_by_path(texts, spec), values)
+    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
+    if not errors and result.system:
+        return result
+    what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST)
+    words = f"the specification in the file cannot be read: {what}"
+    notices.append(words if texts else "there is no specification in the file")
     return None
 
 

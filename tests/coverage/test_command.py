@@ -173,6 +173,16 @@ def test_comments_leave_gaps_out_of_the_count(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.no_replay("nothing but the beginning of a run")
+def test_it_does_not_matter_from_where_it_is_called(tmp_path: Path) -> None:
+    """Files that the recorded specification names are not looked for."""
+    file = run(ROOT / "specs/examples/tray_cell.yaml", tmp_path / "run.mcap")
+    here, there = (specc("coverage", file, cwd=folder) for folder in (ROOT, tmp_path))
+    assert here.returncode == 0
+    assert (here.stdout, here.stderr) == (there.stdout, there.stderr)
+
+
+@pytest.mark.long
 def test_what_is_left_of_a_cut_recording_counts(tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     content = RECORDED.read_bytes()
