@@ -238,8 +238,7 @@ def _reached_rows(graph: Graph) -> set[tuple[str, int]]:
     """The rows that some way takes, by machine and index; what a copy takes all of them can."""
     names, found = graph.composition.names, set[tuple[int, int]]()
     for edge in chain.from_iterable(graph.edges):
-        for step in (edge, *edge.loop):
-            found.update((machine, move.row) for machine, move in step.transitions if move.row >= 0)
+        found.update((machine, move.row) for machine, move in edge.transitions if move.row >= 0)
     alike = {
         machine: same
         for copies in graph.composition.copies
