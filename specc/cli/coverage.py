@@ -23,6 +23,7 @@ from specc.diagnostics.report import Report, brief, report, resolve, shown_path
 from specc.refusal import Refused
 from specc.tools.coverage import KINDS, Coverage, CoverageItem, ForeignRunError, Share, total
 from specc.tools.coverage.gaps import UNKNOWN, Reach, gap_findings, ignored_gaps, reach_of
+from specc.tools.coverage.same import differences
 
 if TYPE_CHECKING:
     from specc.diagnostics.visible import OutputFormat
@@ -46,15 +47,14 @@ class _Run:
 
 def coverage(options: Namespace) -> int:
     """Count what the runs tried; 1 if it is less than `--fail-under`, 3 for a damaged file."""
-    first, *others = runs = [_run(file) for file in options.files]
-    for other in others:
-        _check_same(first, other)
+    first, *_ = runs = [_run(file) for file in options.files]
     if options.spec:
         result = _given(first, options.spec, options.format)
     else:
         result = recorded_spec(first.texts, recorded_constants(first.about), first.file)
     if result is None or result.system is None:
         return 1
+    _check_same(runs, result, options.spec or first.file)
     found = _counted(runs, result.system)
     findings = gap_findings(found, _reach(found, result, options))
     left_out = ignored_gaps(findings, result.sources)
@@ -80,23 +80,23 @@ def _run(file: str) -> _Run:
     return _Run(file, about, texts, reading, passages)
 
 
-def _check_same(first: _Run, other: _Run) -> None:
-    """Raises Refused for recordings of different specifications."""
-    systems = [truncate(str(run.about.get("system", "")), _LONGEST) for run in (first, other)]
-    if systems[0] != systems[1]:
-        words = f"{other.file} is a recording of {systems[1]}, {first.file} one of {systems[0]}"
-        raise Refused(f"{words}: runs of one specification are counted together")
-    if changed := _differing(first.texts, other.texts):
-        words = f"{other.file} was recorded with another text of {changed} than {first.file}"
-        raise Refused(f"{words}: count them apart, or record them anew")
-
-
-def _differing(first: Mapping[str, str], other: Mapping[str, str]) -> str:
-    """The files with other texts, by their names in the first specification; or empty."""
-    if [*first.values()] == [*other.values()]:
-        return ""
-    names = [n for (n, a), b in zip(first.items(), other.values(), strict=False) if a != b]
-    return truncate(join_some(names or [*first][:1], _MOST_NAMED), _LONGEST)
+def _check_same(runs: Sequence[_Run], result: Result, name: str) -> None:
+    """Raises Refused for recordings of other specifications than that one."""
+    assert result.system is not None
+    own = recorded_texts(result.sources)
+    known = {tuple(own.values())}
+    for run in runs:
+        if (texts := tuple(run.texts.values())) in known:
+            continue
+        words = f"{run.file} is a recording of another specification than {name}"
+        old, new = (recorded_spec(each, {}, run.file).system for each in (run.texts, own))
+        assert old is not None and new is not None
+        if old.name != new.name:
+            raise Refused(f"{words}: of {truncate(old.name, _LONGEST)}, not {new.name}")
+        if found := differences(old, new):
+            what = truncate(join_some(found, _MOST_NAMED), _LONGEST)
+            raise Refused(f"{words}: they differ in {what}; count them apart, or record it anew")
+        known.add(texts)
 
 
 def _counted(runs: Sequence[_Run], system: System) -> Coverage:
@@ -121,9 +121,6 @@ def _given(run: _Run, spec: str, form: OutputFormat) -> Result | None:
     if not result.ok:
         streams.print_findings(result, spec, form)
         return None
-    if changed := _differing(run.texts, recorded_texts(result.sources)):
-        words = f"{run.file} was recorded with another text of {changed}"
-        raise Refused(f"{words} than {spec} has now: record it anew, or leave --spec out")
     return result
 
 

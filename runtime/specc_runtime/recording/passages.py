@@ -24,12 +24,13 @@ from specc_runtime.recording.messages import (
 )
 from specc_runtime.recording.reading import RecordFile, Unusable
 from specc_runtime.recording.steps import topic_of
-from specc_runtime.report import Passage
 from specc_runtime.sampling import PLANT
 
 _OF_PASSAGE = 500
 """Bytes that are kept for a subsystem or a passage, beside its names."""
 _FAULT = b',"fault":'
+RowPassage = tuple[str, str, str]
+"""State before (empty in the first period), row taken (empty for none), state that ran."""
 
 
 @dataclass(slots=True)
@@ -39,7 +40,7 @@ class Passages:
     A step that failed is no passage: what it asked before it failed is not recorded.
     """
 
-    counts: dict[str, Counter[Passage]] = field(default_factory=dict)
+    counts: dict[str, Counter[RowPassage]] = field(default_factory=dict)
     report: Mapping[str, Any] = field(default_factory=dict)
     end_s: float = 0.0
 
@@ -50,12 +51,12 @@ class Passages:
             if step_of(text).get("fault"):
                 return
         begun = beginning_of(text)
-        passage = begun.before, begun.row, begun.state
+        passage = begun.before, begun.transition, begun.state
         if name not in self.counts:
             budget.keep(_OF_PASSAGE + len(name))
             self.counts[name] = Counter()
         if passage not in self.counts[name]:
-            budget.keep(_OF_PASSAGE + len(begun.before) + len(begun.state))
+            budget.keep(_OF_PASSAGE + sum(map(len, passage)))
         self.counts[name][passage] += 1
 
 

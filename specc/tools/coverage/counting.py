@@ -54,10 +54,10 @@ class Coverage:
             number: CoverageItem("equation", "", str(number), places[number])
             for number in sorted(executable)
         }
-        self._requirements = [requirement_item(each) for each in system.requirements]
-        self._texts = [each.that for each in system.requirements]
+        self._requirements = grouped((r.that, requirement_item(r)) for r in system.requirements)
         items = chain.from_iterable(machine.items() for machine in self._machines.values())
-        every = (*items, *self._equations.values(), *self._requirements)
+        requirements = chain.from_iterable(self._requirements.values())
+        every = (*items, *self._equations.values(), *requirements)
         self.counts: dict[CoverageItem, int] = dict.fromkeys(every, 0)
         self.has_reports = True
         """Whether every run has one: a recording that was cut does not say what was asked."""
@@ -81,11 +81,10 @@ class Coverage:
 
     def _asked_requirements(self, entries: object) -> Iterator[CoverageItem]:
         """The requirements that a run asked, which its report says."""
-        found = entries if isinstance(entries, list) else ()
-        for item, that, entry in zip(self._requirements, self._texts, found, strict=False):
-            is_of = isinstance(entry, dict) and entry.get("that") == that
-            if is_of and entry.get("asked", False) in (True, None):  # None: at every tick
-                yield item
+        for entry in entries if isinstance(entries, list) else ():
+            that = entry.get("that") if isinstance(entry, dict) else None
+            if isinstance(that, str) and entry.get("asked", False) in (True, None):
+                yield from self._requirements.get(that, ())  # None: at every tick
 
     def rows_of(self, item: CoverageItem) -> Sequence[tuple[str, int]]:
         """The rows of the table that a row of the file stands for, by machine and index."""
@@ -112,7 +111,7 @@ class Coverage:
 
 
 def _passage_words(name: str, passage: Passage) -> str:
-    before, index, state = passage
-    by = f" by row {index}" if index >= 0 else ""
+    before, label, state = passage
+    by = f" by {label}" if label else ""
     start = f" from {before}" if before else ""
     return f"{name} went{start} to {state}{by}"

@@ -23,8 +23,9 @@ from specc.source import Place
 ItemKind = Literal["state", "row", "condition", "function", "equation", "requirement"]
 KINDS: tuple[ItemKind, ...] = ("state", "row", "condition", "function", "equation", "requirement")
 _CONSTANT = "always", "never", OTHERWISE
-Passage = tuple[str, int, str]
-"""State before (empty in the first period), index of the row taken or -1, state that ran."""
+Passage = tuple[str, str, str]
+"""State before (empty in the first period), label of the row taken, empty for none, and the state
+whose behaviour ran."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,7 @@ class MachineItems:
         self._states = {s.name: self._item("state", s.name, s.place) for s in subsystem.states}
         names = _row_names(subsystem)
         rows = subsystem.transitions
+        self._indices = {row.label: index for index, row in reversed([*enumerate(rows)])}
         self._rows = [self._item("row", names[row.written], row.place) for row in rows]
         self._functions = {
             function.place: self._item("function", _function_name(function), function.place)
@@ -88,17 +90,18 @@ class MachineItems:
 
     def is_possible(self, passage: Passage) -> bool:
         """Whether there are such states, and such a row between them."""
-        before, index, state = passage
-        rows = self.subsystem.transitions
-        if state not in self._states or not -1 <= index < len(rows):
+        before, label, state = passage
+        if state not in self._states:
             return False
-        if index < 0:
+        if not label:
             return before in ("", state)
-        return (before, state) == (rows[index].source, rows[index].target)
+        rows, index = self.subsystem.transitions, self._indices.get(label)
+        return index is not None and (before, state) == (rows[index].source, rows[index].target)
 
     def covered(self, passage: Passage) -> tuple[set[CoverageItem], EquationNumbers]:
         """What a step with a possible passage tries: items, and numbers of equations."""
-        before, index, state = passage
+        before, label, state = passage
+        index = self._indices[label] if label else -1
         behaviour = self.subsystem.state(state).behaviour
         numbers = self._equations.of_state(self.subsystem.state(state))
         found = {self._states[state]}
