@@ -16,6 +16,7 @@ from tests.commands import ROOT, specc
 
 RECORDED = ROOT / "tests/recording/conveyor_gate.mcap"
 CONVEYOR = ROOT / "specs/conveyor_gate.yaml"
+FASTER = 'cruise: {is: "0.5[rad/s]"', 'cruise: {is: "0.6[rad/s]"'
 NOT_TAKEN = {
     "idle terminal hold_asked -> holding",
     "holding error always -> alarm",
@@ -137,7 +138,7 @@ def test_recordings_of_different_specifications_are_refused(tmp_path: Path) -> N
     printed = specc("coverage", RECORDED, rovers)
     assert (printed.returncode, printed.stdout) == (2, "")
     assert "of rovers, not conveyor_gate" in printed.stderr
-    other = changed(tmp_path / "other", ("0.5[rad/s]", "0.6[rad/s]"))
+    other = changed(tmp_path / "other", FASTER)
     faster = run(other, tmp_path / "faster.mcap")
     printed = specc("coverage", RECORDED, faster)
     assert (printed.returncode, printed.stdout) == (2, "")
@@ -168,7 +169,7 @@ def test_comments_order_and_circumstances_may_have_changed(tmp_path: Path) -> No
 
 @pytest.mark.long
 def test_a_specification_that_has_changed_is_refused(tmp_path: Path) -> None:
-    spec = changed(tmp_path / "other", ("0.5[rad/s]", "0.6[rad/s]"))
+    spec = changed(tmp_path / "other", FASTER)
     printed = specc("coverage", RECORDED, "--spec", spec)
     assert (printed.returncode, printed.stdout) == (2, "")
     assert "they differ in constant `cruise`" in printed.stderr
