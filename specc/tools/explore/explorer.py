@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Literal
 
 from specc.analysis import Facts
@@ -107,6 +108,8 @@ class Exploration:
     not_begun: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
+    reached_rows: set[tuple[str, int]] = field(default_factory=set)
+    """The rows that some way takes, by machine and index in its table."""
 
     @property
     def status(self) -> str:
@@ -168,6 +171,8 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         graphs.append(SliceGraphs(all_graphs, abstraction, share))
         for finding in found_here.values():
             add_best(found, finding)
+        for name, row in _reached_rows(graph):
+            result.reached_rows.update((same[name], row) for same in ({name: name}, *others))
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(explored, equal_machines=alike))
         result.broken_off = graph.broken_off
@@ -252,6 +257,20 @@ def _explore_slice(
         found,
         [g for g, _ in steps],
     )
+
+
+def _reached_rows(graph: Graph) -> set[tuple[str, int]]:
+    """The rows that some way takes, by machine and index; what a copy takes all of them can."""
+    names, found = graph.composition.names, set[tuple[int, int]]()
+    for edge in chain.from_iterable(graph.edges):
+        found.update((machine, move.row) for machine, move in edge.transitions if move.row >= 0)
+    alike = {
+        machine: same
+        for copies in graph.composition.copies
+        for same in zip(*copies.machines, strict=True)
+        for machine in same
+    }
+    return {(names[n], row) for machine, row in found for n in alike.get(machine, (machine,))}
 
 
 def _findings_or_none(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsById:
