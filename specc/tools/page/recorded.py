@@ -13,11 +13,9 @@ from time import monotonic, sleep
 from typing import Any, Protocol
 
 from specc.refusal import Refused
-from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
-from specc.tools.page.messages import Message
+from specc.tools.page.messages import Asset, Message, Picture
 from specc.tools.page.moments import flow_of, frames_of, series_of, states_of, values_of
-from specc.tools.page.server import Asset
 from specc.tools.plot.sheet import Band, merge_short_spans
 from specc.tools.why import Steps, violation_reasons
 from specc.tools.why.lines import Explainer, seconds

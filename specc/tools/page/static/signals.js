@@ -5,8 +5,6 @@ import { plots } from "./plot.js";
 import { askValues, on, page, Question } from "./state.js";
 
 const WINDOWS = [2, 5, 10, 30, 60];
-const FIRST = 4;
-/** Signals that are shown before any were chosen. */
 const MOST_FOUND = 60;
 const BETWEEN_MS = 1000;
 /** Between plots while time goes on by itself; values come twice as often. */
@@ -37,19 +35,7 @@ const sight = new IntersectionObserver((entries) => {
 function chosenNames() {
   const known = new Set(page.hello.signals.map((signal) => signal.name));
   const before = recall(`signals of ${page.hello.system}`, []).filter((name) => known.has(name));
-  return before.length ? before : usual();
-}
-
-/** What is really so, and inputs of control subsystems, as far as they are numbers. */
-function usual() {
-  const drawn = page.hello.signals.filter(
-    ({ components, kind }) => components.length > 0 && kind !== "state",
-  );
-  const rank = ({ name }) => (name.startsWith("plant.") ? 0 : /\.c\.x\./.test(name) ? 1 : 2);
-  return drawn
-    .toSorted((a, b) => rank(a) - rank(b))
-    .slice(0, FIRST)
-    .map((signal) => signal.name);
+  return before.length ? before : page.hello.usual;
 }
 
 function keep() {

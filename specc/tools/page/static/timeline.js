@@ -1,9 +1,8 @@
 /** The timeline: a band for each machine, marks, and the slider exactly under the bands. */
 
 import { button, byId, hover, html, icon, seconds, setText, svg } from "./dom.js";
-import { stateWords } from "./machine.js";
 import { say } from "./notices.js";
-import { on, page, spanAt } from "./state.js";
+import { on, page, spanAt, stateWords } from "./state.js";
 
 const NARROW = matchMedia("(max-width: 699px)");
 const RIGHT = 14;

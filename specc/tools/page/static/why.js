@@ -2,8 +2,7 @@
 
 import { breakpointButton } from "./breakpoints.js";
 import { byId, debounce, html, placeOf, setText } from "./dom.js";
-import { stateWords } from "./machine.js";
-import { on, page, Question } from "./state.js";
+import { on, page, Question, stateWords } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 500;
