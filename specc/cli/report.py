@@ -20,6 +20,7 @@ from specc.cli.recordings import (
     recorded_constants,
 )
 from specc.cli.view import recorded_run
+from specc.diagnostics import nearest
 from specc.diagnostics.phrases import counted, join_some, truncate
 from specc.diagnostics.visible import visible
 from specc.refusal import Refused
@@ -36,7 +37,7 @@ MOST_BYTES = 16_000_000
 """Of a report; the code that draws, and tables, are part of it."""
 _OF_RUNS, _OF_ONE = 12_000_000, 4_000_000
 _LONGEST, _MOST_NAMED = 200, 3
-_VERDICTS = ("violated", "open", "unknown", "holds")
+_VERDICTS = {"violated": "violated", "open": "open", "unknown": "not known", "holds": "hold"}
 
 
 def report(options: Namespace) -> int:
@@ -90,7 +91,8 @@ class _Report:
         self._unusable: list[str] = []
         self._results: dict[tuple[tuple[str, str], ...], Result] = {}
         """The user's specification, by the constants that were set."""
-        self._unknown: dict[str, str] = dict.fromkeys(options.signals, "")
+        self._signals: set[str] = set()
+        """Those that are in any of the recordings."""
 
     def read(self) -> int:
         """Read all recordings; the exit code. Raises Refused where the only one is none."""
@@ -107,13 +109,16 @@ class _Report:
                 code = max(code, LOST)
             if code == DIFFERS:
                 return code
-        if self._runs and (names := [name for name, hint in self._unknown.items() if hint]):
-            raise Refused(f"no recording has {names[0]}; {self._unknown[names[0]]}")
+        for name in self._options.signals if self._runs else ():
+            if name not in self._signals:
+                close = " or ".join(f"`{other}`" for other in nearest(name, self._signals))
+                hint = f"did you mean {close}?" if close else "`specc view` lists all of them"
+                raise Refused(f"no recording has {name}; {hint}")
         return code
 
     def _add(self, file: str, share: int) -> int:
         """Read a recording; the exit code. Raises Refused."""
-        from specc.tools.report.excerpt import excerpt, unknown_signals
+        from specc.tools.report.excerpt import excerpt
         from specc.tools.report.results import Section
         from specc.tools.sweep.table import key_of
 
@@ -124,8 +129,7 @@ class _Report:
             return streams.print_findings(given, self._options.spec) or DIFFERS
         command = ("specc", "report", Path(file).name)
         run = recorded_run(index, given, self._options.spec or "", command)
-        unknown = unknown_signals(run, self._options.signals)
-        self._unknown = {n: unknown.get(n, "") for n in self._unknown if n in unknown}
+        self._signals |= {signal["name"] for signal in run.hello()["signals"]}
         text = excerpt(run, self._options.signals, share)
         key = None
         with suppress(Refused, ValueError, TypeError):
@@ -168,7 +172,7 @@ class _Report:
 
 # What is said of a run.
 
-_COLUMNS = ("recording", "result", "seed", "constants", "until", "ended", "first")
+_COLUMNS = ("recording", "result", "seed", "constants", "until", "ended", "first failure")
 
 
 def _facts(
@@ -179,7 +183,7 @@ def _facts(
     report = ending if isinstance(ending, dict) else {}
     bad = [mark for mark in marks if mark["kind"] in ("fault", "violation")]
     verdicts = [each["verdict"] for each in run.now()["requirements"]]
-    counts = [f"{verdicts.count(v)} {v}" for v in _VERDICTS if v in verdicts]
+    counts = [f"{verdicts.count(v)} {w}" for v, w in _VERDICTS.items() if v in verdicts]
     faults = sum(1 for mark in bad if mark["kind"] == "fault")
     cycles = [mark["text"] for mark in marks if mark["kind"] == "cycle"]
     failures = [counted(faults, "fault")] if faults else []
@@ -199,7 +203,9 @@ def _facts(
         "ended": str(report.get("ended", "not in the file")),
         "cycles": join_some(cycles, 2 * _MOST_NAMED),
         "requirements": ", ".join(counts),
-        "first": f"{bad[0]['time_s']:.6g} s {bad[0]['kind']}: {bad[0]['text']}" if bad else "",
+        "first failure": f"{bad[0]['time_s']:.6g} s {bad[0]['kind']}: {bad[0]['text']}"
+        if bad
+        else "",
     }
     return ((n, truncate(visible(str(text)), _LONGEST)) for n, text in pairs.items() if text)
 
@@ -208,5 +214,5 @@ def _row(section: Section, facts: Sequence[tuple[str, str]]) -> Message:
     from specc.tools.report.document import row
 
     known = dict(facts)
-    is_bad = "first" in known
+    is_bad = "first failure" in known
     return row([known.get(c, "") for c in _COLUMNS], is_bad=is_bad, run=section.number)

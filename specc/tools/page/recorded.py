@@ -230,6 +230,11 @@ class RecordedRun:
             yield that, self._content.violation(that, at_s, self._recording.last_steps)
 
     @property
+    def most_messages(self) -> int:
+        """Of a chunk of the file: what it takes to look up a moment."""
+        return int(self._recording.index.most_messages)
+
+    @property
     def is_whole(self) -> bool:
         """Whether all of the file is read."""
         return bool(self._recording.index.is_whole)
@@ -282,8 +287,10 @@ class RecordedRun:
         """See `Source`."""
         return self._last
 
-    def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
-        """See `Source`."""
+    def moment(
+        self, time_s: float | None, signals: list[str] | None, *, has_scene: bool = True
+    ) -> Message:
+        """See `Source`; without the scene there are no poses and nothing on arcs."""
         at_s = self._inside(time_s)
         try:
             steps = self._recording.steps(at_s)
@@ -295,10 +302,10 @@ class RecordedRun:
             "time_s": at_s,
             "states": states,
             "values": self._content.values(steps, plant, signals),
-            "frames": self._content.frames(steps, plant, signals),
+            "frames": self._content.frames(steps, plant, signals) if has_scene else {},
             "requirements": self._recording.ask("requirements_at", at_s) or [],
-            "poses": self._poses_at(at_s),
-            "flow": self._content.flow(steps),
+            "poses": self._poses_at(at_s) if has_scene else None,
+            "flow": self._content.flow(steps) if has_scene else [],
         }
 
     def _inside(self, time_s: float | None) -> float:

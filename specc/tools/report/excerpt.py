@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from specc.diagnostics import nearest
 from specc.diagnostics.visible import visible
 from specc.refusal import Refused
 from specc.tools.page.messages import Message, Picture, json_text
@@ -31,6 +30,8 @@ _MOST_MACHINES = 3
 """Of which a fault or a violation says why."""
 _MOST_STRETCHES = 20
 """Of `_LONGEST_SERIES_S`; what is later has no lines."""
+_MOST_LOOKED_THROUGH = 40_000_000
+"""Messages, when each moment is looked up in a chunk of its own."""
 _LARGEST_PICTURE = 400_000
 _KINDS = {b"\xff\xd8\xff": "jpeg", b"\x89PNG": "png"}
 
@@ -49,6 +50,8 @@ class Plenty:
     incidents: int = 20
     pictures: int = 24
     signals: int = 16
+    machines: int = 16
+    """Whose reasons are there at each fault and violation, and at the end."""
 
     def half(self) -> Plenty:
         """Half as much of everything that there are several of."""
@@ -60,6 +63,7 @@ class Plenty:
             incidents=(self.incidents + 1) // 2,
             pictures=self.pictures // 2,
             signals=(self.signals + 1) // 2,
+            machines=(self.machines + 1) // 2,
         )
 
     @property
@@ -74,6 +78,8 @@ def excerpt(run: RecordedRun, wanted: Sequence[str], most_bytes: int) -> str:
     Raises NoRoom.
     """
     plenty = Plenty()
+    while not plenty.is_least and plenty.moments * run.most_messages > _MOST_LOOKED_THROUGH:
+        plenty = plenty.half()
     while True:
         text = json_text(_Excerpt(run, wanted, plenty).message())
         if len(text.encode(errors="replace")) <= most_bytes:
@@ -81,17 +87,6 @@ def excerpt(run: RecordedRun, wanted: Sequence[str], most_bytes: int) -> str:
         if plenty.is_least:
             raise NoRoom("it is too large for a report; `specc view` shows it")
         plenty = plenty.half()
-
-
-def unknown_signals(run: RecordedRun, wanted: Sequence[str]) -> dict[str, str]:
-    """The signals that the run does not have, each with what to say of it."""
-    known = [signal["name"] for signal in run.hello()["signals"]]
-    found = {}
-    for name in wanted:
-        if name not in known:
-            close = " or ".join(f"`{other}`" for other in nearest(name, known))
-            found[name] = f"did you mean {close}?" if close else "the page lists all of them"
-    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,8 +185,9 @@ class _Excerpt:
     def _moments(self) -> Iterator[Message]:
         """What the page says of each moment, without what is as in the one before."""
         before: dict[str, dict[str, Any]] = {"states": {}, "values": {}, "requirements": {}}
+        names = [*self._machines, *self._signals]
         for time_s in self._times():
-            found = self._run.moment(time_s, [*self._machines, *self._signals])
+            found = self._run.moment(time_s, names, has_scene=False)
             verdicts = enumerate(found["requirements"])
             now = {
                 "states": dict(found["states"]),
@@ -204,11 +200,13 @@ class _Excerpt:
 
     def _whys(self) -> dict[str, list[Message]]:
         """Reasons by machine: at its transitions, at what went wrong, and at the end."""
-        always = [*(mark["time_s"] for mark in self._incidents), self._end_s]
+        bad = [mark["time_s"] for mark in self._incidents]
+        concerned = [name for mark in self._incidents for name in self._concerned(mark)]
+        names = list(dict.fromkeys((*concerned, *self._machines)))[: self._plenty.machines]
         found: dict[str, list[Message]] = {}
         for name in self._machines:
             own = [one.time_s for one in self._chosen_transitions if one.machine == name]
-            times = without_near((*always, *own))
+            times = without_near((*own, *((*bad, self._end_s) if name in names else ())))
             found[name] = [
                 {"t": time_s, "lines": self._run.why(name, time_s)["lines"]} for time_s in times
             ]

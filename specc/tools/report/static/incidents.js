@@ -88,7 +88,8 @@ function draw({ incident, stretch, lines }) {
   stretch.replaceChildren(axis, bands);
   lines.replaceChildren(...Object.entries(series).flatMap(([name, own]) => {
     const signal = page.hello.signals.find((one) => one.name === name);
-    const shown = signal?.components.length ? plots(signal, own, time_s, lines.clientWidth) : [];
+    const cut = { ...own, begin_s, end_s };
+    const shown = signal?.components.length ? plots(signal, cut, time_s, lines.clientWidth) : [];
     return shown.length ? [html("p", { class: "name" }, ...dotted(name)), ...shown] : [];
   }));
 }

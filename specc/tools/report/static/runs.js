@@ -51,8 +51,9 @@ function markTab() {
 
 on("hello", () => {
   const { title, file, seed } = page.hello;
-  setText(byId("title"), title);
-  document.title = `${title}, ${file} – specc report`;
+  if (!about.tables.length) {
+    setText(byId("title"), title);
+  }
   const chip = byId("source");
   chip.hidden = false;
   setText(chip, [file, seed && `seed ${seed}`].filter(Boolean).join(", "));
