@@ -111,7 +111,7 @@ class _Report:
                 return code
         for name in self._options.signals if self._runs else ():
             if name not in self._signals:
-                close = " or ".join(f"`{other}`" for other in nearest(name, self._signals))
+                close = " or ".join(f"`{other}`" for other in nearest(name, sorted(self._signals)))
                 hint = f"did you mean {close}?" if close else "`specc view` lists all of them"
                 raise Refused(f"no recording has {name}; {hint}")
         return code
