@@ -11,7 +11,7 @@ function build() {
   const rows = byId("verdict-list").children;
   boxes = run.margins.map(({ lines: [line] }, place) => {
     const box = html("div", { class: "margins", "aria-label": "Margin over time" });
-    if (line.some((value) => value !== null)) {
+    if (line.filter((value) => value !== null).length > 1) {
       rows[place].append(box);
     }
     return box;
