@@ -353,8 +353,9 @@ class Index:
         inside = self._last_chunks.get(chunk)
         if inside is None:
             inside = self._by_topic(chunk, names, budget)
-        for name in names:
-            yield from ((name, at_s, text) for at_s, text in inside.get(name, ()))
+        for name, found in inside.items():
+            if name in names:
+                yield from ((name, at_s, text) for at_s, text in found)
 
     def _by_topic(
         self, chunk: int, names: Collection[str], budget: Budget
