@@ -12,6 +12,7 @@ from threading import Lock
 from time import monotonic, sleep
 from typing import Any, Protocol
 
+from specc.reachable import grouped
 from specc.refusal import Refused
 from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.messages import Asset, Message, Picture
@@ -342,12 +343,21 @@ class RecordedRun:
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""
+        return self.several_series([name], time_s, window_s)[name]
+
+    def several_series(
+        self, names: Sequence[str], time_s: float | None, window_s: float
+    ) -> dict[str, Message]:
+        """`series` of several signals: the messages of each owner are read once."""
         window_s = min(window_s, _LONGEST_WINDOW_S)
         end_s = self._end_s if time_s is None else time_s + window_s / 2
-        begin_s, owner = end_s - window_s, self._content.owner(name)
-        points = self._recording.ask("window", owner, begin_s, end_s, _MOST_DECODED)
-        found = self._content.series(name, points) if points else _NOTHING
-        return {"name": name, "begin_s": begin_s, "end_s": end_s, **found}
+        begin_s, found = end_s - window_s, dict[str, Message]()
+        for owner, own in grouped((self._content.owner(name), name) for name in names).items():
+            points = self._recording.ask("window", owner, begin_s, end_s, _MOST_DECODED)
+            for name in own:
+                lines = self._content.series(name, points) if points else _NOTHING
+                found[name] = {"name": name, "begin_s": begin_s, "end_s": end_s, **lines}
+        return found
 
     # Scene and pictures.
 

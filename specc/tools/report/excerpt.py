@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 from specc.diagnostics.visible import visible
@@ -32,6 +33,8 @@ _MOST_STRETCHES = 20
 """Of `_LONGEST_SERIES_S`; what is later has no lines."""
 _MOST_LOOKED_THROUGH = 40_000_000
 """Messages, when each moment is looked up in a chunk of its own."""
+_LONGEST_MARK = 300
+"""Characters of a requirement that a mark has."""
 _LARGEST_PICTURE = 400_000
 _KINDS = {b"\xff\xd8\xff": "jpeg", b"\x89PNG": "png"}
 
@@ -99,6 +102,29 @@ class _Transition:
     after: str
 
 
+@dataclass(slots=True)
+class _Lines:
+    """The lines of a signal, one stretch of time after another."""
+
+    times: list[float] = field(default_factory=list)
+    columns: list[list[float]] = field(default_factory=list)
+    words: Sequence[str] = ()
+
+    def add(self, series: Message, begin_s: float) -> None:
+        """Add what is not before a time: there it is known already."""
+        first = sum(1 for time_s in series["t"] if time_s < begin_s - _SAME_S)
+        self.times += series["t"][first:]
+        self.columns = self.columns or [[] for _ in series["lines"]]
+        for column, line in zip(self.columns, series["lines"], strict=False):
+            column += line[first:]
+        self.words = self.words or series["words"]
+
+    def message(self) -> Message:
+        """All of them, thinned out."""
+        times, lines = decimated(self.times, self.columns)
+        return {"t": times, "lines": lines, "words": self.words}
+
+
 class _Excerpt:
     """A run, as far as a report has it."""
 
@@ -125,7 +151,7 @@ class _Excerpt:
             "marks": self._marks,
             "moments": list(self._moments()),
             "whys": self._whys(),
-            "series": {name: self._whole_series(name) for name in self._signals},
+            "series": self._whole_series(),
             "incidents": [self._incident(mark) for mark in self._incidents],
             "more_incidents": self._left_out,
             "pictures": list(self._pictures()),
@@ -217,8 +243,16 @@ class _Excerpt:
     def _incident(self, mark: Message) -> Message:
         """A fault or a violation, with the lines of the shown signals around it."""
         at_s = mark["time_s"]
-        drawn = {name: self._run.series(name, at_s, AROUND_S) for name in self._shown}
-        return {**mark, "machines": list(self._concerned(mark)), "series": drawn}
+        drawn = self._run.several_series(self._shown, at_s, AROUND_S)
+        asked = [
+            r for r in self._hello["requirements"] if r["that"][:_LONGEST_MARK] == mark["text"]
+        ]
+        return {
+            **mark,
+            "machines": list(self._concerned(mark)),
+            "series": {name: drawn[name] for name in self._shown},
+            "asked": asked[0] if asked and mark["kind"] == "violation" else None,
+        }
 
     def _concerned(self, mark: Message) -> Iterable[str]:
         """The machines that a text names, or the one that changed its state last."""
@@ -230,24 +264,18 @@ class _Excerpt:
 
     # Signals and pictures.
 
-    def _whole_series(self, name: str) -> Message:
-        """The lines of a signal over all of the run."""
-        times: list[float] = []
-        columns: list[list[float]] = []
-        words: Sequence[str] = ()
+    def _whole_series(self) -> dict[str, Message]:
+        """The lines of the signals over all of the run."""
+        found = {name: _Lines() for name in self._signals}
         begin_s, number = self._begin_s, 0
         while number < _MOST_STRETCHES and (begin_s < self._end_s or not number):
             end_s = min(self._end_s, begin_s + _LONGEST_SERIES_S)
             length_s = end_s - begin_s
-            found = self._run.series(name, begin_s + length_s / 2, length_s)
-            first = sum(1 for time_s in found["t"] if time_s < begin_s - _SAME_S) if number else 0
-            times += found["t"][first:]
-            columns = columns or [[] for _ in found["lines"]]
-            for column, line in zip(columns, found["lines"], strict=False):
-                column += line[first:]
-            words, begin_s, number = words or found["words"], end_s, number + 1
-        thin_times, lines = decimated(times, columns)
-        return {"t": thin_times, "lines": lines, "words": words}
+            part = self._run.several_series(self._signals, begin_s + length_s / 2, length_s)
+            for name, lines in found.items():
+                lines.add(part[name], begin_s if number else -inf)
+            begin_s, number = end_s, number + 1
+        return {name: lines.message() for name, lines in found.items()}
 
     def _pictures(self) -> Iterator[Message]:
         """What cameras saw at transitions and when something went wrong, each picture once."""

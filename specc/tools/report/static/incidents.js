@@ -45,14 +45,13 @@ function articleOf(incident, place) {
 }
 
 /** What a requirement asked for and what came of it, and what the machines waited for. */
-function whyOf({ time_s, kind, text, machines }) {
-  const requirement = page.hello.requirements.find(({ that }) => that.startsWith(text));
-  const asked = kind === "violation" && requirement ? [
-    html("p", { class: "because" }, requirement.because),
-    ...(requirement.reasons ?? []).map((reason) => html("p", {}, reason)),
+function whyOf({ time_s, asked, machines }) {
+  const words = asked ? [
+    html("p", { class: "because" }, asked.because),
+    ...(asked.reasons ?? []).map((reason) => html("p", {}, reason)),
   ] : [];
   const lists = machines.map((machine) => reasonsAt(machine, time_s)).filter(Boolean);
-  return html("div", { class: "reasons" }, ...asked,
+  return html("div", { class: "reasons" }, ...words,
     ...lists.map((message) => html("div", { class: "why" }, ...listOf(message))));
 }
 
