@@ -114,6 +114,10 @@ def test_a_report_opens_from_disk(width: int, scheme: str, page: Page, tmp_path:
         "[...document.querySelectorAll('#incidents b.when')].map(e => e.innerText)"
     )
     assert heads == ["2.25 s Violated"]
+    reasons = page.evaluate("document.querySelector('#incidents .reasons').innerText")
+    assert reasons.startswith("the barrier moves up only beside a belt that stands")
+    assert "at 2.25 s: state(gate.c) != opening did not hold" in reasons
+    assert "gate.c at 2.25 s" in reasons
     assert page.evaluate("document.querySelectorAll('.stretch .band').length") > 0
     page.evaluate("document.querySelector('#plots').scrollIntoView({behavior: 'instant'})")
     page.wait_for("document.querySelectorAll('#plots svg').length > 1")

@@ -244,14 +244,14 @@ class _Excerpt:
         """A fault or a violation, with the lines of the shown signals around it."""
         at_s = mark["time_s"]
         drawn = self._run.several_series(self._shown, at_s, AROUND_S)
-        asked = [
-            r for r in self._hello["requirements"] if r["that"][:_LONGEST_MARK] == mark["text"]
-        ]
+        is_violation, text = mark["kind"] == "violation", mark["text"]
+        every = self._hello["requirements"] if is_violation else ()
+        own = (each for each in every if each["that"][:_LONGEST_MARK] == text)
         return {
             **mark,
             "machines": list(self._concerned(mark)),
             "series": {name: drawn[name] for name in self._shown},
-            "asked": asked[0] if asked and mark["kind"] == "violation" else None,
+            "requirement": next(own, None),
         }
 
     def _concerned(self, mark: Message) -> Iterable[str]:

@@ -45,10 +45,10 @@ function articleOf(incident, place) {
 }
 
 /** What a requirement asked for and what came of it, and what the machines waited for. */
-function whyOf({ time_s, asked, machines }) {
-  const words = asked ? [
-    html("p", { class: "because" }, asked.because),
-    ...(asked.reasons ?? []).map((reason) => html("p", {}, reason)),
+function whyOf({ time_s, requirement, machines }) {
+  const words = requirement ? [
+    html("p", { class: "because" }, requirement.because),
+    ...(requirement.reasons ?? []).map((reason) => html("p", {}, reason)),
   ] : [];
   const lists = machines.map((machine) => reasonsAt(machine, time_s)).filter(Boolean);
   return html("div", { class: "reasons" }, ...words,
