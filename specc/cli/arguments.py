@@ -334,6 +334,18 @@ def _view(command: Parser) -> None:
     add("--port", metavar="N", type=number_between(int, 0, 65535), default=0, help=words)
 
 
+def _report(command: Parser) -> None:
+    add = command.add_argument
+    words = "recordings, results.json of `specc test`, or the folder of a sweep"
+    add("files", metavar="FILE.mcap", nargs="+", help=words)
+    words = "show this signal: irp.m.x.c.T_d, plant.gap; may be repeated (default: the usual ones)"
+    add("--signal", metavar="NAME", dest="signals", action="append", default=[], help=words)
+    _add_spec(command)
+    words = "file to write, .html (default: FILE-report.html in the working directory)"
+    add("--out", metavar="FILE", help=words)
+    _add_force(command)
+
+
 def _recover(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap")
@@ -507,6 +519,8 @@ COMMANDS = tuple(starmap(Command, (
     ("coverage", "coverage:coverage",
      "say what recorded runs tried of their specification, and what none of them did", _coverage),
     ("view", "view:view", "show a recorded run in the browser: a page to scrub through it", _view),
+    ("report", "report:report",
+     "write recorded runs, tests and sweeps into one file of HTML that opens from disk", _report),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
     ("completion", "arguments:completion",
      "print what makes a shell complete the commands of specc", _completion),
