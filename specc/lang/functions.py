@@ -473,6 +473,8 @@ class BuiltinFunction:
     """The arguments between which the result lies: the lower and the upper limit."""
     is_size: bool = False
     """Whether it is its argument without the sign."""
+    turns_at: tuple[float, ...] = ()
+    """The numbers around which its result jumps."""
     compares: bool = False
     """Whether it says how its first two arguments, which may change places, compare within what
     the others allow, as `near` does."""

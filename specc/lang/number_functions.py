@@ -261,6 +261,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         is_overridable=True,
         value=sign,
         bounds=(-1, 1),
+        turns_at=(0,),
         range=lambda a: (sign(a[0]), sign(a[1])),
         term=lambda of, a: of.choice(
             a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0))
