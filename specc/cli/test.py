@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -260,7 +261,7 @@ def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
     name, count, estimate = result.scenario.name, len(result.runs), result.estimate
     line = f"{'passed' if result.is_passed else 'FAILED'}  {name:{width}}  "
     line += f"{result.passes} of {count}"
-    if estimate and estimate.low is not None and estimate.high is not None:
+    if estimate and count > 1 and estimate.low is not None and estimate.high is not None:
         line += f" (95 %: {estimate.low:.0%} to {estimate.high:.0%})"
     if not result.is_passed and result.required < len(result.scenario.seeds):
         line += f", {result.required} have to pass"
@@ -291,6 +292,10 @@ def _write(tests: Sequence[_Test], options: Namespace) -> None:
             streams.print_output(f"{shown_path(str(file))}\n")
         elif test.results:
             remove_results(test.folder)
+    is_failed = any(test.is_failed for test in tests if test.results)
+    if is_failed and options.recordings and find_spec("mcap") is None:
+        words = "mcap, of specc[record], is not installed"
+        streams.print_message(f"specc: failures are not recorded: {words}")
     if options.junit:
         suites = [(test.spec, [*test.cases, *cases_of(test.results)]) for test in tests]
         write_atomically(Path(options.junit), as_junit(suites))

@@ -101,6 +101,7 @@ class ScenarioRuns:
                 "duration_s": scenario.duration_s,
                 "cycles": scenario.cycles,
                 "spec": spec,
+                "scenario": scenario.name,
             }
             self._courses.append(_Course(scenario, built.result.system, directory, options))
         inputs = inputs_of(spec, result.sources, result.system)

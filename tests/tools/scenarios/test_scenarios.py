@@ -157,6 +157,9 @@ def test_each_failure_is_recorded_and_named(tmp_path: Path) -> None:
     assert "specc view specc-test/broken-3.mcap --spec belt.yaml" in done.stdout
     replayed = specc("replay", folder / "broken-3.mcap", "--spec", "belt.yaml", cwd=tmp_path)
     assert "steps are the same" in replayed.stdout, replayed.stderr
+    moment = f"{folder / 'broken-3.mcap'}@2.9"
+    told = specc("why", moment, "--spec", "belt.yaml", cwd=tmp_path).stdout
+    assert f"violated at 0 s: {FAILS}" in told and "because: of the test" in told
 
 
 @pytest.mark.long
