@@ -116,7 +116,7 @@ def _carry_out(tests: Sequence[_Test], options: Namespace) -> None:
     jobs = options.jobs or cores()
     with ExitStack() as stack:
         scratch = stack.enter_context(temporary_folder())
-        executor = stack.enter_context(_executor(jobs))
+        executor = stack.enter_context(ThreadPoolExecutor(jobs))
         stack.callback(_close, tests)
         try:
             for number, test in enumerate(tests):
@@ -129,11 +129,6 @@ def _carry_out(tests: Sequence[_Test], options: Namespace) -> None:
                 if test.runs is not None and not test.is_shown:
                     _show(test)
             _write(tests, options)
-
-
-def _executor(jobs: int) -> ThreadPoolExecutor:
-    """Threads that each wait for one process."""
-    return ThreadPoolExecutor(jobs)
 
 
 def _close(tests: Sequence[_Test]) -> None:
@@ -157,6 +152,8 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
     streams.print_output(f"{spec}: {'valid' if is_sound else 'INVALID'}\n")
     if not is_sound or result.system is None:
         return
+    if not result.system.scenarios:
+        streams.print_output(f"{spec}: no scenarios\n")
     test.scenarios = [each for each in result.system.scenarios if _is_chosen(each, test, options)]
     if test.scenarios:
         _begin_runs(test, result, options, executor, scratch)

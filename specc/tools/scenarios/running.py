@@ -106,11 +106,12 @@ class ScenarioRuns:
             self._courses.append(_Course(scenario, built.result.system, directory, options))
         inputs = inputs_of(spec, result.sources, result.system)
         open_workspace(self._name, Workspace(folder.absolute(), bundle_of(files, inputs)))
-        self._pending: dict[Future[Outcome], tuple[_Course, int]] = {}
-        for course in self._courses:
-            for seed in course.scenario.seeds:
-                self._begin(course, seed)
         self._recording: dict[Future[Outcome], tuple[_Course, int, Path]] = {}
+        self._pending = {
+            self._submit(course, seed, {}): (course, seed)
+            for course in self._courses
+            for seed in course.scenario.seeds
+        }
 
     @property
     def count(self) -> int:
@@ -168,9 +169,6 @@ class ScenarioRuns:
         for future in (*self._pending, *self._recording):
             future.cancel()
         close_workspace(self._name)
-
-    def _begin(self, course: _Course, seed: int) -> None:
-        self._pending[self._submit(course, seed, {})] = course, seed
 
     def _submit(self, course: _Course, seed: int, more: Mapping[str, Any]) -> Future[Outcome]:
         setting, limit_s = dict(course.scenario.settings), self._settings.limit_s
