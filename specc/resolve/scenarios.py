@@ -155,7 +155,7 @@ class _ScenarioReader:
         self.reader.expressions.findings.report(_CODE, message, place, help=help)
 
 
-_CODE = "E0522"
+_CODE = "E0525"
 _MOST_CYCLES = 1_000_000
 
 
