@@ -14,6 +14,7 @@ from tests.tools.scenarios.belt import single
 
 CELLS = {
     "conveyor_gate": "barrier_stuck",
+    "rovers": "to_and_fro",
     "architectures/three_tier": "open_doors",
     "architectures/teleoperation": "let_go",
     "examples/tray_cell": "stopped_while_carrying",
