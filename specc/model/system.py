@@ -23,7 +23,8 @@ from specc.model.fsm import (
     Transition,
 )
 from specc.model.requirement import FormulaLet, Requirement
-from specc.model.task import Task
+from specc.model.scenario import Scenario
+from specc.model.task import Disturbance, Draw, Task
 from specc.model.types import Type, nested_types
 from specc.model.units import Unit
 from specc.source import Place
@@ -493,18 +494,46 @@ class System:
     """Names for parts of formulas, and what they stand for."""
     stop_when: Requirement | None = None
     """The formula that ends a run, which the command line gives."""
+    scenarios: tuple[Scenario, ...] = ()
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
-        """All formulas about runs: requirements, triggers, and formulas that have names."""
+        """All formulas about runs: those that runs monitor, and formulas that have names."""
         named = (each.formula for each in self.formula_lets if each.formula is not None)
-        return (*self.requirements, *self.triggers, *named)
+        return (*self.monitored, *named)
+
+    @property
+    def monitored(self) -> tuple[Requirement, ...]:
+        """The formulas that some run monitors: requirements, triggers, those of scenarios."""
+        of_scenarios = (item for each in self.scenarios for item in each.formulas)
+        return (*self.requirements, *self.triggers, *of_scenarios)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:
         """The formulas that disturbances wait for, in order; last the one that ends a run."""
         disturbances = self.task.disturbances if self.task else ()
         return tuple(filter(None, (*(each.when for each in disturbances), self.stop_when)))
+
+    @property
+    def courses(self) -> tuple[tuple[Disturbance, ...], ...]:
+        """The disturbances that happen in one run: those of the task, then of each scenario."""
+        usual = self.task.disturbances if self.task else ()
+        own = (
+            (() if each.is_undisturbed else usual) + each.disturbances for each in self.scenarios
+        )
+        return (usual, *own)
+
+    @property
+    def disturbances(self) -> tuple[Disturbance, ...]:
+        """All disturbances, each once: of the task and of scenarios."""
+        usual = self.task.disturbances if self.task else ()
+        return (*usual, *(one for each in self.scenarios for one in each.disturbances))
+
+    @property
+    def starts(self) -> tuple[Draw, ...]:
+        """Where joints are when a run begins: by the task, and by scenarios."""
+        usual = self.task.starts if self.task else ()
+        return (*usual, *(draw for each in self.scenarios for draw in each.starts))
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -440,6 +440,21 @@ RangeText = Annotated[
     str,
     Text(about="First and last value, e.g. `1..5`.", scalars=True, examples=("1..5", "0..3")),
 ]
+SeedText = Annotated[
+    str,
+    Text(
+        about="A seed, or the first and the last of several, e.g. `0..9`.",
+        scalars=True,
+        examples=("0..9", "3"),
+    ),
+]
+SuccessText = Annotated[
+    str,
+    Text(
+        about="How many of how many runs pass at least, e.g. `9 of 10`; all if left out.",
+        examples=("9 of 10",),
+    ),
+]
 RateText = Annotated[
     str,
     _quantity(
