@@ -134,6 +134,8 @@ class Operator:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
+    """How documents write it, where the name does not say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +152,7 @@ class Constant:
     place: Place
     bounds: tuple[float, float] | None = None
     initial: Number | None = None
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +183,7 @@ class Element:
     """Of what a device accepts."""
     event: bool = False
     """Whether none of the values that are received may be missed."""
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +224,7 @@ class Memory:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +236,7 @@ class Let:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
