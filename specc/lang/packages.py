@@ -47,8 +47,9 @@ _PACKAGES = """
     attr attrs builtin_interfaces cattr cattrs click cloudpickle cmeel coal contourpy
     control_msgs cv2 cycler dask dateutil diagnostic_msgs distributed dot_parser eigenpy etils
     fontTools fsspec geometry_msgs glfw hppfcl hypothesis importlib_resources jinja2 jsonschema
-    kiwisolver latex2mathml launch lifecycle_msgs locket lsprotocol lz4 markdown_it markupsafe matplotlib
-    mcap mdurl moveit_msgs mpl_toolkits msgpack mujoco nav_msgs networkx numpy orjson packaging
+    kiwisolver latex2mathml launch lifecycle_msgs locket lsprotocol lz4 markdown_it markupsafe
+    matplotlib mcap mdurl moveit_msgs mpl_toolkits
+    msgpack mujoco nav_msgs networkx numpy orjson packaging
     partd pathspec pinocchio pip pkg_resources psutil pydantic pydantic_core pygls pygments
     pygraphviz pylab pyparsing pytest rcl_interfaces rclpy rich rosgraph_msgs rosidl_runtime_py
     rpyutils ruamel ruckig ruff scipy sensor_msgs setuptools shape_msgs six sortedcontainers

@@ -424,6 +424,7 @@ class Agent:
     """The control subsystem first, then virtual effectors and receptors in file order."""
     devices: tuple[Device, ...]
     place: Place
+    trace: Trace = Trace()  # noqa: RUF009  # frozen
 
 
 @dataclass(frozen=True, slots=True)

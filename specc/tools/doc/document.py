@@ -9,6 +9,7 @@ from fractions import Fraction
 from specc.analysis import Facts
 from specc.diagnostics.phrases import truncate
 from specc.model.expr import NEAR
+from specc.model.fsm import Trace
 from specc.model.system import Agent, Device, NamedType, Subsystem, System
 from specc.source import Place, Sources
 from specc.tools.doc.departures import Departure
@@ -21,7 +22,7 @@ from specc.tools.graph.diagram import AgentFamily, Diagram, agent_families
 from specc.tools.graph.structure import frames, structure
 
 _AGENT, _SUBSYSTEM = 1, 2
-_OF_TYPES = ("type", "fields", "opaque")
+_LONGEST_TYPE = 160
 _LEGEND = {
     "fresh": ('$cal("P")(x)$', "the buffer element x got a new value since the step before"),
     "present": ('$"present"(x)$', "x has got a value at least once"),
@@ -154,7 +155,11 @@ class DocumentWriter:
         diagram = structure(self.system)
         if any(diagram.all_nodes):
             words = f"Structure of {self.system.name}"
-            pages.picture(diagram, [plain(words)], words)
+            caption: list[Part] = []
+            for agent in self.system.agents:
+                figures = Trace(fig=agent.trace.fig)
+                caption += pages.caption(figures, f"Structure of {agent.name}", agent.place)
+            pages.picture(diagram, [*caption, plain(words)], words)
         rows = (self._subsystem_row(s) for s in self.system.subsystems)
         columns: tuple[str, ...] = ("Subsystem", "Name", "Rate", "Purpose", "Source")
         widths = "(auto, auto, auto, 1fr, auto)"
@@ -228,14 +233,16 @@ class DocumentWriter:
 
     def _type_row(self, item: NamedType) -> list[str | list[Part]]:
         source = self.sources.get(item.place.file)
-        route = item.place.route
+        node = source.node(item.place.route) if source else None
         title, shown = "", ""
-        if source is not None:
-            texts = {key: " ".join(source.written((*route, key)).split()) for key in _OF_TYPES}
-            own = source.scalar(Place(item.place.file, route)) or ""
-            title = source.scalar(Place(item.place.file, (*route, "title"))) or ""
-            given = next((texts[key] for key in _OF_TYPES if texts[key]), own)
-            shown = "opaque" if texts["opaque"] else truncate(given, 160)
+        if source and node:
+            texts = {
+                str(key): value.scalar or source.text[value.start : value.end]
+                for key, value in node.values.items()
+            }
+            written = next((texts[key] for key in ("type", "fields") if key in texts), "opaque")
+            title = texts.get("title", "")
+            shown = truncate(" ".join((node.scalar or written).split()), _LONGEST_TYPE)
         meaning: list[Part] = [plain(title)]
         if item.trace:
             words = title or f"Type {item.name}"
@@ -272,9 +279,9 @@ class DocumentWriter:
             section.write(subsystems)
 
     def _agent_words(self, agents: Sequence[Agent]) -> str:
-        kind = f"of kind {agents[0].kind}, " if agents[0].kind else ""
+        kind = f"of kind {agents[0].kind}," if agents[0].kind else ""
         names = ", ".join(mono(agent.name) for agent in agents)
-        return f"{names}, #{string(kind)}{self._source(agents[0].place)}"
+        return f"{names}, {plain(kind)} {self._source(agents[0].place)}"
 
     def _communication(self) -> None:
         def rows() -> Iterator[list[str | list[Part]]]:

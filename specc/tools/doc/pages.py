@@ -130,7 +130,7 @@ class Pages:
                 one = _WORDS[kind] if len(values) == 1 else _PLURALS[kind]
                 found += [f"#{string(one)}~" if number == 0 else ", "]
                 found += [NumberMark(kind, value, "mention")]
-            found.append("; ")
+            found.append('#"; "')
         return found[:-1]
 
     def caption(self, trace: Trace, words: str, place: Place | None = None) -> list[Part]:

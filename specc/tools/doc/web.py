@@ -16,6 +16,8 @@ from collections.abc import Iterable, Iterator
 from importlib.resources import files
 from pathlib import Path
 
+from specc.diagnostics.visible import visible
+
 _ACCENTS = {
     "\u0303": "\u02dc",
     "\u0302": "\u02c6",
@@ -31,7 +33,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-sr
 
 def finished_html(text: str, title: str, math_font: Path) -> str:
     """The document as one file that needs no other."""
-    text = _LINK.sub(r'<mtext><a href="\1"><math>\2</math></a></mtext>', text)
+    text = _LINK.sub(r'<mi><a href="\1"><math>\2</math></a></mi>', text)
     parts, letters = [], set[str]()
     for part, is_math in _split(text):
         if is_math:
@@ -49,7 +51,7 @@ def finished_html(text: str, title: str, math_font: Path) -> str:
     )
     own = (
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f"<title>{html.escape(title)}</title><style>{face}\n{style}</style>"
+        f"<title>{html.escape(visible(title))}</title><style>{face}\n{style}</style>"
     )
     head = re.sub(r"<title>.*?</title>", "", head, flags=re.DOTALL)
     return f"{head}{own}</head>{body}\n"
@@ -74,6 +76,9 @@ def _split(text: str) -> Iterator[tuple[str, bool]]:
 
 def _mend(root: ET.Element) -> None:
     for parent in root.iter():
+        if parent.tag == "mtext":  # beside which signs would have no space
+            parent.tag = "mi"
+            parent.set("mathvariant", "normal")
         if parent.tag == "mover" and parent.get("accent") and len(parent) == 2:
             parent[1].text = _ACCENTS.get(parent[1].text or "", parent[1].text)
         for index, child in enumerate(parent):

@@ -108,7 +108,7 @@ def _draw(form: str) -> None:
             for written, shown in _SHOWN.items():
                 picture = picture.replace(written, shown)
         found.append(b64encode(picture).decode())
-    sys.stdout.write(json.dumps(found))
+    sys.stdout.buffer.write(json.dumps(found).encode())
 
 
 if __name__ == "__main__":
