@@ -29,7 +29,9 @@ class BehaviourSection(SubsystemEquations):
             self._heading("Behaviours")
         for behaviour in self._parts:
             self._behaviour(behaviour)
-        rest = [f for f in s.functions if f.name not in self.written and not f.generic]
+        calls = {f.name for b in s.behaviours if b.generic for f in b.functions}
+        shown = self.written.keys() | calls
+        rest = [f for f in s.functions if f.name not in shown and not f.generic]
         if rest:
             self._heading("Further transition functions")
         for function in rest:
@@ -58,9 +60,8 @@ class BehaviourSection(SubsystemEquations):
         head = names.behaviour(behaviour)
         inside_ = listed((*functions, *self._shared(shared), *endings))
         forms = [head + DEFINED + head + bracketed(inside_)]
-        pages.equation(
-            "", forms, Trace(eq=behaviour.trace.eq), name=short, place=behaviour.place,
-        )  # fmt: skip
+        name, trace = short if behaviour.title else "", Trace(eq=behaviour.trace.eq)
+        pages.equation("", forms, trace, name=name, place=behaviour.place)
         self._flow(behaviour, own)
         for function in own:
             self._function(function, numbered)

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from specc.analysis import Facts
 from specc.diagnostics.phrases import truncate
+from specc.lang.show import show
 from specc.model.expr import NEAR
 from specc.model.fsm import Trace
 from specc.model.system import Agent, Device, NamedType, Subsystem, System
@@ -23,6 +24,8 @@ from specc.tools.graph.structure import frames, structure
 
 _AGENT, _SUBSYSTEM = 1, 2
 _LONGEST_TYPE = 160
+_WIDE_VALUE = 42
+"""Of a constant that is written as in the language, in several lines."""
 _LEGEND = {
     "fresh": ('$cal("P")(x)$', "the buffer element x got a new value since the step before"),
     "present": ('$"present"(x)$', "x has got a value at least once"),
@@ -211,7 +214,9 @@ class DocumentWriter:
         item = self.names.constants[name]
         anchor = f"#{self.pages.anchor(f'constant.{name}')}"
         symbol = symbol_for(name, item.symbol, item.value.type)
-        value = f"#fit{bracket(self.formulas.math(item.initial or item.value).inline)}"
+        math = self.formulas.math(item.initial or item.value)
+        is_long = math.width > _WIDE_VALUE
+        value = mono(show(item.initial or item.value)) if is_long else f"#fit{bracket(math.inline)}"
         if item.bounds:
             low, high = (f"{bound:g}" for bound in item.bounds)
             value += f" ({low} to {high}{', live' if item.initial else ''})"

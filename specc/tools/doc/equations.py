@@ -149,4 +149,4 @@ class SubsystemEquations:
         """The conditions that stand in the place of their behaviour."""
         endings = (behaviour.terminal, *(error for _, error in behaviour.errors))
         own = (c for c in endings if not is_named(c) or c.name in ("always", "never"))
-        return [c for c in own if c.when != m.FALSE or c.trace]
+        return [c for c in own if c.trace or not isinstance(c.when, m.Truth)]

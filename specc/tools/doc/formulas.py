@@ -48,6 +48,7 @@ _CHOICE, _IMPLIES, _OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _NEGATION, _POW
 )
 _RANKS = {"sum": _SUM, "product": _PRODUCT, "power": _POWER}
 _COMPARISONS = {"<": "<", "<=": "lt.eq", ">": ">", ">=": "gt.eq", "==": "=", "!=": "eq.not"}
+_LONGEST_NUMBER = 14
 THIN = Math("thin", 0.3)
 DASH = word("–", 1)
 
@@ -328,6 +329,8 @@ def member(name: str) -> Math:
 def number_math(value: float, is_whole: bool = False) -> Math:
     """A number, with powers of ten where Python has an exponent."""
     text = str(int(value)) if is_whole else repr(float(value)).removesuffix(".0")
+    if len(text) > _LONGEST_NUMBER and not is_whole:
+        text = f"{value:.10g}"
     mantissa, _, exponent = text.partition("e")
     minus = sign("minus", 1) if mantissa.startswith("-") else EMPTY
     shown = minus + word(mantissa.removeprefix("-"), 0.5 * len(mantissa))

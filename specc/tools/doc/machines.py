@@ -41,7 +41,8 @@ class SubsystemSection(SubsystemEquations):
     def write(self, copies: Sequence[Subsystem]) -> None:
         """Write all of it; `copies` are what else is described by it."""
         s, pages = self.subsystem, self.pages
-        title = f"{KINDS[s.kind]}: {s.title}" if s.title else f"{KINDS[s.kind]} {s.name}"
+        name = "" if s.kind == "control" else f" {s.name}"
+        title = f"{KINDS[s.kind]}: {s.title}" if s.title else f"{KINDS[s.kind]}{name}"
         pages.heading(self.level, title, self.names.id(), self.names.symbol)
         self._facts(copies)
         self._buffers()
@@ -83,7 +84,7 @@ class SubsystemSection(SubsystemEquations):
         pages.table(
             ("", "Name", "Type", "Meaning", "Source"),
             self._element_rows(),
-            widths="(auto, auto, auto, 1fr, auto)",
+            widths="(auto, auto, 1fr, 1.3fr, auto)",
         )
 
     def _element_rows(self) -> Iterator[list[str | list[Part]]]:
@@ -159,6 +160,12 @@ class SubsystemSection(SubsystemEquations):
     def _machine(self) -> None:
         s, names, pages = self.subsystem, self.names, self.pages
         self._heading("State machine")
+        if len(s.states) == 1 and not s.transitions:
+            anchor = f"#{pages.anchor(names.id('state', s.states[0].name))}"
+            state, shown = names.state(s.states[0].name), names.behaviour(s.states[0].behaviour)
+            has = f"{anchor}{state.inline}, with the behaviour {shown.inline}"
+            pages.content(f"It has one state, {has}.")
+            return
         words = f"State machine of {s.qualified_name}"
         caption: list[Part] = ["State machine of ", names.symbol.inline]
         diagram = replace(states(s), notes=())
@@ -262,7 +269,9 @@ class SubsystemSection(SubsystemEquations):
         endings = dict(state.behaviour.endings) if state else {}
         if row.source_mode or cause not in endings or state is None:
             return word(cause)
-        return self.names.condition(endings[cause], state.behaviour) + sign("=") + word("T.")
+        shown, ending = self.names.condition(endings[cause], state.behaviour), endings[cause]
+        is_plain = isinstance(ending.when, m.Truth) and not ending.trace
+        return shown if is_plain else shown + sign("=") + word("T.")
 
     @cached_property
     def _state_names(self) -> frozenset[str]:

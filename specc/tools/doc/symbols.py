@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from specc.lang.notation import MathSymbol, notation_of, symbol_of
-from specc.model.expr import source_name
+from specc.model.expr import Truth, source_name
 from specc.model.fsm import Behaviour, Condition, mode_of
 from specc.model.system import Constant, Device, Element, Operator, Port, Subsystem, System
 from specc.model.types import Frame, Type
@@ -340,6 +340,8 @@ class SubsystemNames:
         kind = {"initial": "sigma", "terminal": "tau", "error": "epsilon"}[condition.kind]
         own = self.condition_indices.get((condition.kind, condition.name), "")
         is_constant = condition.name in ("always", "never")
+        if is_constant and not condition.trace and isinstance(condition.when, Truth):
+            return word("TRUE" if condition.when.value else "FALSE")
         if behaviour is not None and (not is_named(condition) or is_constant):
             own = self.behaviour_indices[behaviour.name]
         index = indices(*self.own, own or _short(condition.name))
