@@ -61,7 +61,9 @@ class BehaviourSection(SubsystemEquations):
         inside_ = listed((*functions, *self._shared(shared), *endings))
         forms = [head + DEFINED + head + bracketed(inside_)]
         name, trace = short if behaviour.title else "", Trace(eq=behaviour.trace.eq)
-        pages.equation("", forms, trace, name=name, place=behaviour.place)
+        pages.equation(
+            "", forms, trace, name=name, about=f"behaviour {short}", place=behaviour.place
+        )
         self._flow(behaviour, own)
         for function in own:
             self._function(function, numbered)
@@ -125,6 +127,7 @@ class BehaviourSection(SubsystemEquations):
                 item.trace,
                 title=title if first else "",
                 name=shown if first else "",
+                about=f"{function.name}: {item.target}",
                 place=item.place,
             )
 

@@ -85,6 +85,7 @@ class SubsystemEquations:
             condition.trace,
             title=condition.title,
             name=condition.name if is_named(condition) else "",
+            about=f"{condition.kind} condition of {behaviour.name}" if behaviour else "",
             place=condition.place,
         )
 

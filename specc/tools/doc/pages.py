@@ -21,6 +21,8 @@ NumberKind = Literal["eq", "table", "fig"]
 _NO_TRACE = Trace()
 _WIDTH = 62
 """Of a formula that fits into a page of HTML."""
+_NARROW = 40
+"""Of a formula that fits into a page of paper for certain, so that nothing has to be measured."""
 _WORDS = {"eq": "eq.", "table": "Table", "fig": "Fig."}
 _PLURALS = {"eq": "eqs", "table": "Tables", "fig": "Figs"}
 
@@ -158,15 +160,20 @@ class Pages:
         *,
         title: str = "",
         name: str = "",
+        about: str = "",
         place: Place | None = None,
     ) -> None:
-        """An equation in several forms, of which the first that fits is shown."""
+        """An equation in several forms, of which the first that fits is shown.
+
+        The index calls it by its title, by its name, or by what it is `about`.
+        """
+        words = title or name or about
         ids = array(string(each) for each in (id,) if each)
         if id:
             self.defined[id] = None
         numbers: list[Part] = []
         for number, value in enumerate(trace.eq):
-            self._note("eq", value, title or name, place)
+            self._note("eq", value, words, place)
             numbers += ["#sym.comma~"] * bool(number) + [NumberMark("eq", value, "equation")]
         marked = [self.marks[value] for value in trace.eq if value in self.marks]
         rest = Trace(table=trace.table, fig=trace.fig)
@@ -174,11 +181,13 @@ class Pages:
         self.add(*numbers)
         fits = [number for number, form in enumerate(forms) if form.width <= _WIDTH]
         wide = fits[0] if fits else len(forms) - 1
+        narrow = "true" if forms[0].width <= _NARROW else "false"
         has_number = "true" if numbers else "false"
         shown = f"[#{string(title)}]" if title else "[]"
-        self.add(f"], {has_number}, {array(form.inline for form in forms)}, {wide}, {shown}, ")
+        self.add(f"], {has_number}, {array(form.inline for form in forms)}, ")
+        self.add(f"{narrow}, {wide}, {shown}, ")
         self.add(f"{string(name)}, [")
-        self.add(*self.mentions(rest, title or name, place))
+        self.add(*self.mentions(rest, words, place))
         self.add(f"], {self.source(place)}, {array(map(string, dict.fromkeys(marked)))})\n")
 
     def table(
