@@ -14,6 +14,9 @@ from specc.tools.doc.symbols import NEXT_STAMP
 from specc.tools.graph.diagram import is_named
 from specc.tools.graph.machine import flow
 
+_WIDEST_GROUP = 72
+"""Of assignments that stand beside one brace."""
+
 
 @dataclass
 class BehaviourSection(SubsystemEquations):
@@ -115,7 +118,7 @@ class BehaviourSection(SubsystemEquations):
         if function.trace and apart:
             self._group(function, id, numbered, [])
             id = ""
-        elif together or function.trace:
+        elif (together or function.trace) and self._is_narrow(together, numbered, function):
             self._group(function, id, numbered, together)
             together, id = [], ""
         for number, item in enumerate((*together, *apart)):
@@ -124,12 +127,21 @@ class BehaviourSection(SubsystemEquations):
             pages.equation(
                 id if first else "",
                 self._forms(left, item.value, middle),
-                item.trace,
+                item.trace or (Trace(eq=function.trace.eq) if first else item.trace),
                 title=title if first else "",
                 name=shown if first else "",
                 about=f"{function.name}: {item.target}",
                 place=item.place,
             )
+
+    def _is_narrow(
+        self, items: Sequence[Assignment], numbered: _Numbered, function: Function
+    ) -> bool:
+        """Whether assignments fit beside one brace."""
+        targets = [self._target(item, numbered, function) for item in items]
+        widths = [left.width + middle.width for left, middle in targets]
+        values = [self.formulas.math(item.value).width for item in items]
+        return max(map(sum, zip(widths, values, strict=True)), default=0) <= _WIDEST_GROUP
 
     def _group(
         self, function: Function, id: str, numbered: _Numbered, items: Sequence[Assignment]

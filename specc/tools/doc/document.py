@@ -14,7 +14,7 @@ from specc.model.fsm import Trace
 from specc.model.system import Agent, Device, NamedType, Subsystem, System
 from specc.source import Place, Sources
 from specc.tools.doc.departures import Departure
-from specc.tools.doc.formulas import FormulaWriter, requirement_math
+from specc.tools.doc.formulas import FormulaWriter, requirement_forms
 from specc.tools.doc.machines import KINDS, SubsystemSection
 from specc.tools.doc.markup import array, string, verbatim
 from specc.tools.doc.pages import Pages, Part, mono, plain
@@ -333,8 +333,8 @@ class DocumentWriter:
         for number, item in enumerate(self.system.requirements, 1):
             readings = {reading.name: reading for reading in item.readings}
             writer = FormulaWriter(None, self.names, readings=readings, signs=self.signs)
-            shown = requirement_math(writer, item)
-            pages.equation(f"requirement.{number}", [shown], name=item.name, place=item.place)
+            forms = requirement_forms(writer, item)
+            pages.equation(f"requirement.{number}", forms, name=item.name, place=item.place)
             pages.text(f"Because {item.because.rstrip('.')}.")
         self._proofs()
         self._disturbances()

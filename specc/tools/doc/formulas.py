@@ -10,6 +10,7 @@ from typing import Any, TypeGuard
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.functions import Form
 from specc.lang.notation import MathSymbol, symbol_of
+from specc.lang.show import show
 from specc.lang.values import SIGNS
 from specc.model import expr as m
 from specc.model.requirement import (
@@ -38,7 +39,6 @@ from specc.tools.doc.markup import (
 from specc.tools.doc.symbols import (
     SubsystemNames,
     SystemNames,
-    indices,
     operator_symbol,
     symbol_for,
 )
@@ -48,7 +48,7 @@ _CHOICE, _IMPLIES, _OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _NEGATION, _POW
 )
 _RANKS = {"sum": _SUM, "product": _PRODUCT, "power": _POWER}
 _COMPARISONS = {"<": "<", "<=": "lt.eq", ">": ">", ">=": "gt.eq", "==": "=", "!=": "eq.not"}
-_LONGEST_NUMBER = 14
+_LONGEST_NUMBER, _DEEPEST = 14, 14
 THIN = Math("thin", 0.3)
 DASH = word("–", 1)
 
@@ -65,6 +65,7 @@ class FormulaWriter:
     inlined: Mapping[str, m.Expr] = field(default_factory=dict)
     readings: Mapping[str, Reading] = field(default_factory=dict)
     signs: dict[str, None] = field(default_factory=dict)
+    _depth: int = 0
 
     def math(self, expr: m.Expr) -> Math:
         """An expression."""
@@ -91,9 +92,15 @@ class FormulaWriter:
         """The formula, and how tightly its outermost sign binds."""
         while isinstance(expr, m.Unwrap) or self._is_inlined(expr):
             expr = expr.value if isinstance(expr, m.Unwrap) else self.inlined[expr.name]
-        if compound := _COMPOUND.get(type(expr)):
-            return compound(self, expr)
-        return _ATOMS[type(expr)](self, expr), _ATOM
+        if self._depth >= _DEEPEST:  # Typst sets no deeper ones, and nobody would read them
+            return word(show(expr)), _ATOM
+        self._depth += 1
+        try:
+            if compound := _COMPOUND.get(type(expr)):
+                return compound(self, expr)
+            return _ATOMS[type(expr)](self, expr), _ATOM
+        finally:
+            self._depth -= 1
 
     def _is_inlined(self, expr: m.Expr) -> TypeGuard[m.LetRef]:
         return isinstance(expr, m.LetRef) and expr.name in self.inlined
@@ -357,24 +364,23 @@ def unit_math(unit: Unit) -> Math:
 
 
 def reading_math(names: SystemNames, reading: Reading) -> Math:
-    """A value that requirements name."""
-    owner = names.subsystems.get(reading.subsystem)
-    device = names.wires.devices.get(reading.subsystem)
-    shown = word(reading.name)
-    if owner is not None and reading.kind == "state":
-        letter = sign(owner.letter, 1)
-        shown = attached(Math('cal("S")', 1), tl=letter, br=indices(*owner.own))
-    elif owner is not None and reading.kind == "memory" and len(reading.element) == 1:
-        shown = owner.placeholder("", "", reading.element[0])
-    elif owner is not None and len(reading.element) == 2:
-        direction = "x" if ".x." in reading.name else "y"
-        shown = owner.placeholder(direction, *reading.element)
-    elif device is not None and reading.element:
-        last = reading.element[-1]
-        shown = names.device(device) + bracketed(symbol_for(last, "", reading.type), "[", "]")
-    elif reading.kind == "observed" and reading.element:
-        last = reading.element[-1]
-        shown = word("plant") + bracketed(symbol_for(last, "", reading.type), "[", "]")
+    """A value that requirements name, in the buffer or memory in which they name it."""
+    text = reading.name.removeprefix("present(").removesuffix(")")
+    first, second, *rest = text.split(".") if "(" not in text else ("", "")
+    owner = names.subsystems.get(f"{first}.{second}")
+    device = names.wires.devices.get(".".join((first, second, *rest[:1])))
+    if reading.kind == "state":
+        shown = names.subsystems[reading.subsystem].current_state
+    elif owner is not None and len(rest) == 3:
+        shown = owner.placeholder(rest[0], rest[1], rest[2])
+    elif owner is not None and len(rest) == 1:
+        shown = owner.placeholder("", "", rest[0])
+    elif device is not None and len(rest) == 2:
+        shown = names.device(device) + bracketed(symbol_for(rest[1], "", reading.type), "[", "]")
+    elif reading.kind == "observed":
+        shown = word(first) + bracketed(symbol_for(second, "", reading.type), "[", "]")
+    else:
+        shown = word(text)
     return word("present") + bracketed(shown) if reading.asks_presence else shown
 
 
@@ -382,13 +388,24 @@ _PAST = {"once": "diamond.filled", "historically": "square.filled"}
 _FUTURE = {"within": "diamond.stroked", "throughout": "square.stroked"}
 
 
-def requirement_math(formulas: FormulaWriter, requirement: Requirement) -> Math:
-    """A requirement: always its formula, or its formula at the first tick."""
-    shown, rank = _temporal(formulas, requirement.formula)
-    if not requirement.holds_always:
-        return shown
-    formulas.signs["always"] = None
-    return sign("square.stroked", 1) + THIN + (shown if rank >= _NOT else bracketed(shown))
+def requirement_forms(writer: FormulaWriter, requirement: Requirement) -> list[Math]:
+    """A requirement, always or at the first tick: on one line, and on two if it `implies`."""
+    shown, rank = _temporal(writer, requirement.formula)
+    always = EMPTY
+    if requirement.holds_always:
+        writer.signs["always"] = None
+        always = sign("square.stroked", 1) + THIN
+        shown = shown if rank >= _NOT else bracketed(shown)
+    forms = [always + shown]
+    match requirement.formula:
+        case BoolOp(operands=(_, conclusion), premise=premise) if premise is not None:
+            first, second = (_bound(writer, each, _OR) for each in (premise, conclusion))
+            if always.text:
+                first = always + sign("#sym.paren.l", 0.5) + first
+                second += sign("#sym.paren.r", 0.5)
+            text = f"{first.text} #br & arrow.r.double/**/{second.text}"
+            forms.append(Math(text, max(first.width, second.width) + 4))
+    return forms
 
 
 def _temporal(formulas: FormulaWriter, formula: TemporalFormula) -> tuple[Math, int]:

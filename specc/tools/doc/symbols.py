@@ -153,8 +153,8 @@ class SubsystemNames:
         return attached(sign(self.letter, 1), br=indices(*self.own))
 
     def id(self, *parts: str) -> str:
-        """The name of a place of the document."""
-        return ".".join((self.subsystem.qualified_name, *parts))
+        """The name of a place of the document, which has no spaces."""
+        return "_".join(".".join((self.subsystem.qualified_name, *parts)).split())
 
     # Buffers, memory and what is in them.
 
@@ -293,6 +293,11 @@ class SubsystemNames:
         own = indices(*self.own, self.state_indices.get(name, name))
         shown = attached(Math('cal("S")', 1), tl=sign(self.letter, 1), br=own)
         return linked(self.id("state", name), shown)
+
+    @property
+    def current_state(self) -> Math:
+        """The state in which it is."""
+        return attached(Math('cal("S")', 1), tl=sign(self.letter, 1), br=indices(*self.own))
 
     def behaviour(self, behaviour: Behaviour | str) -> Math:
         """A behaviour."""

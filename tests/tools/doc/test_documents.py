@@ -128,7 +128,7 @@ class Checked(HTMLParser):
 
     def check(self) -> None:
         assert not self.open
-        assert not [id for id, count in self.ids.items() if count > 1]
+        assert not [id for id, count in self.ids.items() if count > 1 or not id or " " in id]
         assert self.links <= self.ids.keys()
         assert not self.outside
         assert self.tags["script"] == 0
@@ -269,3 +269,13 @@ def test_equations_of_the_flagship(tmp_path: Path) -> None:
         assert "<mprescripts></mprescripts>" not in formula or re.search(
             r"<mrow></mrow><mrow></mrow><mprescripts></mprescripts>", formula
         )
+
+
+def test_requirements_name_values_where_they_are() -> None:
+    text = written("specs/examples/tray_cell.yaml").text
+    start = text.index('[#"Requirements and proofs"]')
+    formulas = text[start : text.index("#table_", start)]
+    for place in ("cell.c.x.desk.order", "cell.c.memory.tries"):
+        assert f'#u("{place}"' in formulas
+    assert '"desk"/**/#sym.comma/**/"panel"' in formulas
+    assert "diamond.stroked" in formulas and "square.stroked" in formulas
