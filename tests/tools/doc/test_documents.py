@@ -273,7 +273,7 @@ def test_equations_of_the_flagship(tmp_path: Path) -> None:
 
 def test_requirements_name_values_where_they_are() -> None:
     text = written("specs/examples/tray_cell.yaml").text
-    start = text.index('[#"Requirements and proofs"]')
+    start = text.rindex('[#"Requirements and proofs"]')
     formulas = text[start : text.index("#table_", start)]
     for place in ("cell.c.x.desk.order", "cell.c.memory.tries"):
         assert f'#u("{place}"' in formulas
