@@ -13,7 +13,7 @@ from specc.reachable import grouped
 from specc.tools.doc.behaviours import BehaviourSection
 from specc.tools.doc.equations import SubsystemEquations
 from specc.tools.doc.formulas import FormulaWriter
-from specc.tools.doc.markup import Math, bracketed, listed, sign, string, word
+from specc.tools.doc.markup import Math, bracketed, listed, sign, string, unlinked, word
 from specc.tools.doc.pages import Part, mono, plain
 from specc.tools.graph.diagram import is_named
 from specc.tools.graph.machine import states
@@ -99,7 +99,7 @@ class SubsystemSection(SubsystemEquations):
                 name = f"{port.direction}.{port.peer}.{element.name}"
                 id = names.id(port.direction, port.peer, element.name)
                 yield [
-                    f"#{pages.anchor(id)}{shown.inline}",
+                    f"#{pages.anchor(id)}{unlinked(shown, id).inline}",
                     mono(name),
                     mono(str(element.type)),
                     [*self._meaning(words, element.init), *self._trace(element)],
@@ -107,8 +107,9 @@ class SubsystemSection(SubsystemEquations):
                 ]
         for item in self.subsystem.memory:
             shown = names.placeholder("", "", item.name)
+            id = names.id("memory", item.name)
             yield [
-                f"#{pages.anchor(names.id('memory', item.name))}{shown.inline}",
+                f"#{pages.anchor(id)}{unlinked(shown, id).inline}",
                 mono(item.name),
                 mono(str(item.type)),
                 [*self._meaning([item.title], item.init), *self._trace(item)],

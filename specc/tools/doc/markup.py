@@ -6,6 +6,7 @@ wide as.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -107,6 +108,12 @@ def attached(base: Math, **places: Math) -> Math:
 def linked(target: str, shown: Math) -> Math:
     """A formula that leads to a definition, if the document has it."""
     return Math(f"#u({string(target)}, ${shown.text}$)", shown.width)
+
+
+def unlinked(formula: Math, target: str) -> Math:
+    """A formula without its links to the place at which it stands itself."""
+    link = rf"#u\({re.escape(string(target))}, \$([^$]*)\$\)"
+    return Math(re.sub(link, r"\1", formula.text), formula.width)
 
 
 def drawn(

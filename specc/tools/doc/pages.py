@@ -14,7 +14,7 @@ from typing import Literal
 from specc.model.fsm import Trace
 from specc.reachable import grouped
 from specc.source import Place, Sources
-from specc.tools.doc.markup import Math, array, call, string, verbatim
+from specc.tools.doc.markup import Math, array, call, string, unlinked, verbatim
 from specc.tools.graph.diagram import Diagram
 
 NumberKind = Literal["eq", "table", "fig"]
@@ -179,6 +179,7 @@ class Pages:
         rest = Trace(table=trace.table, fig=trace.fig)
         self.add(f"#equation({ids}, [")
         self.add(*numbers)
+        forms = [unlinked(form, id) for form in forms]
         fits = [number for number, form in enumerate(forms) if form.width <= _WIDTH]
         wide = fits[0] if fits else len(forms) - 1
         narrow = "true" if forms[0].width <= _NARROW else "false"
