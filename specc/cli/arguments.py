@@ -398,6 +398,15 @@ def _graph(command: Parser) -> None:
     _add_force(command)
 
 
+def _doc(command: Parser) -> None:
+    add = command.add_argument
+    add("spec", metavar="SPEC")
+    words = "folder for the files SYSTEM.html and SYSTEM.pdf (default: SYSTEM-doc)"
+    add("--out", metavar="DIR", help=words)
+    words = "tables of what differs from a publication: where, what is wrong, what was chosen"
+    add("--departures", metavar="FILE.md", help=words)
+
+
 def _plot(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap")
@@ -528,6 +537,7 @@ COMMANDS = tuple(starmap(Command, (
     ("ages", "show:ages", "show how old values are where they are read", _spec_and_format),
     ("graph", "show:graph", "draw the structure, a state machine, frames or a data flow", _graph,
      True),
+    ("doc", "doc:doc", "write a document in the notation of the paper, as HTML and PDF", _doc),
     ("explore", "explore:run_explore",
      "step all machines together and show where they cannot go on", _explore),
     ("diff", "commands:diff", "say what changed in what a specification means", _diff),

@@ -135,6 +135,8 @@ class Operator:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
+    """How documents write it, where the name does not say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +153,7 @@ class Constant:
     place: Place
     bounds: tuple[float, float] | None = None
     initial: Number | None = None
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +184,7 @@ class Element:
     """Of what a device accepts."""
     event: bool = False
     """Whether none of the values that are received may be missed."""
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,6 +225,7 @@ class Memory:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +237,7 @@ class Let:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -419,6 +425,7 @@ class Agent:
     """The control subsystem first, then virtual effectors and receptors in file order."""
     devices: tuple[Device, ...]
     place: Place
+    trace: Trace = Trace()  # noqa: RUF009  # frozen
 
 
 @dataclass(frozen=True, slots=True)

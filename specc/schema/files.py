@@ -15,6 +15,7 @@ from specc.schema.keys import (
     SCALARS,
     ArgumentText,
     ConstantText,
+    Denoted,
     FieldName,
     FilePath,
     GapText,
@@ -61,7 +62,7 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     codec: CodecDef | None = key(None, "How a value of an opaque type becomes bytes.")
 
 
-class ConstantDef(Traced, short="is", first="type is range live"):
+class ConstantDef(Denoted, short="is", first="type is range live"):
     """A value that never changes, or only as the range says."""
 
     type: WrittenType | None = key(None, "What the expression must be a value of.")
@@ -75,7 +76,7 @@ class ConstantDef(Traced, short="is", first="type is range live"):
     live: bool = key(False, "Whether it may change within the range while something runs.")
 
 
-class OperatorDef(Traced, first="signature python title"):
+class OperatorDef(Denoted, first="signature python title"):
     """A primitive function, written in Python."""
 
     signature: Annotated[str, Text(Role("signature"))] = key(

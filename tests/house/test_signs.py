@@ -22,6 +22,7 @@ ASKED = {
     "proof/dependencies.py": "what is added up",
     "proof/solver/terms.py": "arithmetic that the solver has; factors without rounding",
     "proof/translate.py": "a difference as a distance",
+    "tools/doc/formulas.py": "how quotients, powers and opposites are set",
     "tools/explore/cuts.py": "where an operand is cut by the other one",
     "tools/explore/ranking.py": "what is added to a number",
 }

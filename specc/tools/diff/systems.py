@@ -113,7 +113,7 @@ class SystemDiff:
         return replace(self, log=self.log.at(name), values=values)
 
 
-_REMARKS = ("title", "trace")
+_REMARKS = ("title", "symbol", "trace")
 """Fields that have no influence on what an agent does."""
 _ASPECTS = {"message": "type", "init": "initial value"}
 """How fields are named in messages, unless by their own name without the unit."""
