@@ -240,6 +240,8 @@ def _explore(command: Parser) -> None:
     words = "of single machines, in all ways that are followed (default: 700000)"
     steps = number_between(int, 1, 99_999_999)
     add("--budget", metavar="STEPS", type=steps, default=700_000, help=words)
+    words = "treat this memory as unknown: irp.m.tries; may be repeated"
+    add("--forget", metavar="NAME", default=[], action="append", help=words)
     words = "directory for recordings of what was found, which `specc replay` runs"
     add("--traces", metavar="DIR", help=words)
     _add_policy(command)

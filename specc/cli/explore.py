@@ -5,26 +5,32 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
+from specc.cli.progress import SearchProgress
 from specc.cli.recordings import call_runtime, recorded_texts, write_package
+from specc.diagnostics.nearest import nearest
+from specc.diagnostics.phrases import join_words
 from specc.diagnostics.report import Report, report
 from specc.lang.show import show
 from specc.model.requirement import horizon_s
 from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
+    from specc.model.system import System
     from specc.pipeline import Build, Result
     from specc.policy import Overrides
-    from specc.tools.explore.explorer import Exploration
+    from specc.tools.explore.explorer import Exploration, SliceResult
     from specc.tools.explore.findings import TracedFinding
 
 VERSION = 1
+MOST_KNOWN = 8
+"""Memory that a message names."""
 
 
 def run_explore(options: Namespace) -> int:
@@ -32,12 +38,18 @@ def run_explore(options: Namespace) -> int:
     from specc import pipeline
     from specc.cli import inspect
     from specc.tools.explore.explorer import explore
+    from specc.tools.explore.graph import watcher
 
     built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         return streams.print_findings(result, options.spec, options.format) or 1
-    found = explore(result.proofs, options.budget)
+    forgotten_memory = _memory_named(options.forget, result.system)
+    progress = SearchProgress()
+    with closing(progress):
+        token = watcher.set(progress.update)
+        found = explore(result.proofs, options.budget, forgotten_memory)
+        watcher.reset(token)
     traces = _record_all(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in traces)
     findings = judged_report(found, result, options.spec, inspect.overrides_of(options))
@@ -53,6 +65,30 @@ def run_explore(options: Namespace) -> int:
     return code
 
 
+def _memory_named(names: Sequence[str], system: System) -> tuple[str, ...]:
+    """The names, without repetitions.
+
+    Raises:
+        Refused: a name is not that of memory.
+    """
+    known = [
+        f"{subsystem.qualified_name}.{item.name}"
+        for subsystem in system.subsystems
+        for item in subsystem.memory
+    ]
+    for name in names:
+        if name not in known:
+            close = nearest(name, known) or [k for k in known if k.endswith(f".{name}")]
+            hint = f"did you mean {' or '.join(close)}?" if close else _all_memory(known)
+            raise Refused(f"--forget {name}: no memory is called so; {hint}")
+    return tuple(dict.fromkeys(names))
+
+
+def _all_memory(known: Sequence[str]) -> str:
+    shown = [*known[:MOST_KNOWN], *(["..."] if len(known) > MOST_KNOWN else [])]
+    return f"there is {', '.join(shown)}" if known else "the system has no memory"
+
+
 def judged_report(found: Exploration, result: Result, spec: str, overrides: Overrides) -> Report:
     """The report about what was explored, as the settings want it."""
     from specc.cli import inspect
@@ -65,7 +101,9 @@ def judged_report(found: Exploration, result: Result, spec: str, overrides: Over
 
 
 def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str:
-    lines = [each.summary() for each in found.slices]
+    lines = list[str]()
+    for each in found.slices:
+        lines += [each.summary(), *_reasons_for_size(each)]
     lines += [f"{', '.join(names)}: not explored" for names in found.not_begun]
     if found.without_decisions:
         lines.append(f"{', '.join(found.without_decisions)}: nothing to decide")
@@ -75,6 +113,15 @@ def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str
         name = f"{required.requirement.name} `{required.requirement.that}`".strip()
         lines.append(f"requirement {name}: {required.summary()}")
     but = f"; {found.dead_ends}" if found.dead_ends else ""
+    if found.forgotten_memory:
+        named = join_words([f"`{name}`" for name in found.forgotten_memory], "and")
+        but += f"; nothing was known of {named}, so warnings may be false"
+    not_looked_at = [
+        each.requirement for each in found.requirements if each.verdict == "not explored"
+    ]
+    if not_looked_at and not all(each.complete for each in found.slices):
+        names = [f"`{each.name or each.that}`" for each in not_looked_at]
+        lines.append(f"not looked at: {join_words(names, 'and')}; findings above hold")
     if found.is_incomplete:
         lines.append(
             f"not everything was explored in {budget} steps: --budget allows for more{but}"
@@ -85,6 +132,23 @@ def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str
         outcome = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {outcome}")
     return "".join(f"{line}\n" for line in lines)
+
+
+def _reasons_for_size(explored: SliceResult) -> list[str]:
+    """Lines that say why a slice is large, and what would make it smaller."""
+    lines = []
+    for place, (kind, name, factor) in enumerate(explored.size_factors):
+        value = f"the time in the states of `{name}`" if kind == "clock" else f"`{name}`"
+        begin = "large because of" if place == 0 else "and of"
+        times = " times as many states" if place == 0 else ""
+        lines.append(f"  {begin} {value} ({factor:.1f}{times})")
+    memory = [each.name for each in explored.size_factors if each.kind == "memory"]
+    if memory:
+        lines.append(
+            f"  --forget {memory[0]}: its comparisons turn out either way; proofs still hold, "
+            "warnings may be false"
+        )
+    return lines
 
 
 def _as_json(
@@ -106,6 +170,7 @@ def _as_json(
                 }
                 for name, state, conditions in each.undecided_conditions
             ],
+            "large_because_of": [factor._asdict() for factor in each.size_factors],
             "states": each.configurations,
             "steps": each.steps,
             "time": "counted" if each.counts_time or not each.is_timed else "any",
@@ -136,6 +201,7 @@ def _as_json(
         VERSION,
         system,
         status=found.status,
+        forgotten=list(found.forgotten_memory),
         slices=slices,
         assumptions=assumptions,
         requirements=requirements,

@@ -3,12 +3,14 @@
 import itertools
 import json
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from specc.cli import main
+from specc.cli.progress import grouped
 from specc.tools.explore.composition import Composition, Configuration
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -151,3 +153,24 @@ def test_what_never_came_does_not_come_again(capsys: pytest.CaptureFixture[str])
     said = capsys.readouterr()
     assert "waits for `x.two.ready`, which never comes" in said.err
     assert "explored completely: 1 state\n" in said.out
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_terminal_shows_how_far_the_search_is(
+    is_terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: is_terminal)
+    seconds = itertools.count()
+    monkeypatch.setattr("specc.cli.progress.time.monotonic", lambda: float(next(seconds)))
+    assert main(["explore", CONVEYOR]) == 0
+    said = capsys.readouterr().err
+    if is_terminal:
+        line = "belt.c, gate.c: 1 state, 1 waiting, 0 s into the runs, pass 1 of 3"
+        assert said.startswith(f"\r\x1b[2K{line}")
+        assert "\r\x1b[2K1 file checked" in said  # the last line is gone
+    else:
+        assert said == "1 file checked: 0 errors, 0 warnings\n"
+
+
+def test_large_numbers_are_grouped() -> None:
+    assert [grouped(n) for n in (31, 1200, 1_234_567)] == ["31", "1 200", "1 234 567"]

@@ -21,7 +21,7 @@ TESTS = {
 }
 """When the machine `a` does what goes wrong; `m` is only an operator's argument.
 
-Where time is taken to pass in any way, `k` grows beyond what it is when it is `late`.
+Where times are counted roughly, `k` grows beyond what it is when it is `late`.
 """
 CODES = {
     "deadlock": {"W1001", "W1003", "W1004"},

@@ -135,9 +135,18 @@ def _event_members(
 class Abstraction:
     """The tracked elements of all subsystems of a system without errors."""
 
-    def __init__(self, facts: Facts, requirements: Iterable[r.Requirement] = ()) -> None:
-        """Memory and outputs that these requirements read are tracked as well."""
+    def __init__(
+        self,
+        facts: Facts,
+        requirements: Iterable[r.Requirement] = (),
+        forgotten_memory: Collection[str] = (),
+    ) -> None:
+        """Memory and outputs that these requirements read are tracked as well.
+
+        Nothing is known of `forgotten_memory`, with names such as `irp.m.tries`.
+        """
         self.facts = facts
+        self._forgotten_memory = forgotten_memory
         self.machines = {
             machine.subsystem.qualified_name: AbstractMachine(machine) for machine in facts.machines
         }
@@ -318,7 +327,14 @@ class Abstraction:
         )
         timers = {mode_name("periods", mode.name) for mode in subsystem.modes}
         memory = tuple(
-            ConeMemory(item.name, item.type, item.init, within.get(item.name), item.name in timers)
+            ConeMemory(
+                item.name,
+                item.type,
+                item.init,
+                within.get(item.name),
+                item.name in timers,
+                f"{name}.{item.name}" in self._forgotten_memory,
+            )
             for item in subsystem.memory
             if item.name in machine.memory
         )

@@ -41,6 +41,11 @@ class Precision(NamedTuple):
             self.max_values is None or self.max_values == other.max_values
         )
 
+    @property
+    def pass_number(self) -> int:
+        """Its place among the abstractions that are tried, from coarse to fine."""
+        return 3 if self.max_values is None else 1 + self.counts_time
+
 
 COARSEST = Precision()
 
@@ -223,6 +228,10 @@ class Composition:
         """All machines of a configuration, with their buffers."""
         found = zip(self._parts_by_number, configuration.parts, strict=True)
         return [things[number] for things, number in found]
+
+    def machine_configurations(self, index: int) -> list[MachineConfiguration]:
+        """The configurations of a machine, by number."""
+        return self._parts_by_number[index]
 
     @property
     def is_timed(self) -> bool:

@@ -106,7 +106,8 @@ class ConeInput:
 class ConeMemory:
     """Memory that is followed. `bounds` hold at all times.
 
-    If it `is_timer`, it counts the periods of a mode.
+    If it `is_timer`, it counts the periods of a mode. If it `is_forgotten`, its value is never
+    known after the start.
     """
 
     name: str
@@ -114,6 +115,7 @@ class ConeMemory:
     init: m.Expr
     bounds: BoundedUnknown | None
     is_timer: bool = False
+    is_forgotten: bool = False
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Literal
@@ -12,6 +12,7 @@ from specc.diagnostics.phrases import counted, join_words
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.blame import SizeFactor, size_factors
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
@@ -59,6 +60,9 @@ class SliceResult:
     equal_machines: tuple[str, ...] = ()
     """Machines of equal slices that were not explored themselves."""
 
+    size_factors: tuple[SizeFactor, ...] = ()
+    """The values that make it large, if it ended at the bound."""
+
     @property
     def status(self) -> str:
         """Whether the findings are all there are: complete, bound, or broken off."""
@@ -76,8 +80,7 @@ class SliceResult:
         else:
             what += f"{self.status} after {states}, {self.depth_s:g} s into the runs"
         if self.is_timed:
-            time = "counted in periods" if self.counts_time else "taken to pass in any way"
-            what += f"; time in states {time}"
+            what += f"; times counted {'in periods' if self.counts_time else 'roughly'}"
         if self.equal_machines:
             shown = (*self.equal_machines[:MAX_NAMED], "...")[: len(self.equal_machines)]
             what += f"; so for {', '.join(shown)}"
@@ -108,6 +111,8 @@ class Exploration:
     not_begun: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
+    forgotten_memory: tuple[str, ...] = ()
+    """Memory of which nothing was known, as the user wished."""
     reached_rows: set[tuple[str, int]] = field(default_factory=set)
     """The rows that some way takes, by machine and index in its table."""
 
@@ -142,24 +147,25 @@ class Exploration:
         return not self.broken_off and (unfinished or not complete)
 
 
-def explore(facts: Facts, budget: int) -> Exploration:
+def explore(facts: Facts, budget: int, forgotten_memory: Collection[str] = ()) -> Exploration:
     """Explore a system without errors in `budget` steps, twice as many where time is counted.
 
-    Ctrl-C ends it, with the findings until then.
+    Nothing is known of `forgotten_memory`, with names such as `irp.m.tries`. Ctrl-C ends it, with
+    the findings until then.
     """
     with one_run():
-        return _explore(facts, budget)
+        return _explore(facts, budget, forgotten_memory)
 
 
-def _explore(facts: Facts, budget: int) -> Exploration:
-    abstraction = Abstraction(facts)
-    result = Exploration()
+def _explore(facts: Facts, budget: int, forgotten_memory: Collection[str]) -> Exploration:
+    abstraction = Abstraction(facts, (), forgotten_memory)
+    result = Exploration(forgotten_memory=tuple(forgotten_memory))
     graphs = list[SliceGraphs]()
     found: FindingsById = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = (
         group_equal_slices(abstraction.slices(), abstraction),
-        requirement_slices(facts),
+        requirement_slices(facts, forgotten_memory),
     )
     for index, (names, others) in enumerate(slices):
         if result.broken_off:
@@ -300,6 +306,8 @@ def _summary(graph: Graph, undecided: int) -> SliceResult:
             for walker in composition.walkers
             for state, names in walker.open_conditions.items()
         ),
+        (),
+        () if graph.is_complete or graph.broken_off else size_factors(graph),
     )
 
 

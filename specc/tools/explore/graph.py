@@ -9,6 +9,8 @@ never. A machine that is stuck although nothing was lost has the simpler explana
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextvars import ContextVar
 from fractions import Fraction
 from functools import cached_property, reduce
 from heapq import heappop, heappush
@@ -28,6 +30,10 @@ many values are lost."""
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are released when memory runs out, so that findings can be printed."""
+WATCHED_EVERY = 256
+"""Configurations between two calls of the watcher."""
+watcher: ContextVar[Callable[[Graph], None] | None] = ContextVar("watcher", default=None)
+"""Is called with each graph while it is explored, such as to print how far it is."""
 _UNREACHED: Cost = 1 << 62, 0, 0, 0
 
 
@@ -98,9 +104,12 @@ class Graph:
         return self._ticks[number] * self.composition.tick_s
 
     def _explore(self, budget: int) -> None:
+        watch = watcher.get()
         while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
+            if watch and here % WATCHED_EVERY == 0:
+                watch(self)
             for successor, edge in self.composition.successors(self.configurations[here]):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:

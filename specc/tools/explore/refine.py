@@ -50,7 +50,7 @@ def refine(
         return results
     share = budget // (REALS_SHARE if graph.composition.values.has_reals else VALUES_SHARE)
     share = min(budget, max(share, MIN_STEPS))
-    # Time that may pass in any way adds traces, which counting it removes.
+    # Times counted roughly add traces, which counting in periods removes.
     if graph.composition.is_timed and not graph.broken_off:
         least = share if graph.is_complete else budget // TIME_SHARE
         steps = budget if found else least

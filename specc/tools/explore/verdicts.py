@@ -6,7 +6,7 @@ changes its verdict.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -101,12 +101,14 @@ class RequirementSlice:
     abstraction: Abstraction
 
 
-def requirement_slices(facts: Facts) -> list[RequirementSlice]:
+def requirement_slices(
+    facts: Facts, forgotten_memory: Collection[str] = ()
+) -> list[RequirementSlice]:
     """The requirements that monitors can evaluate, those about single ticks first."""
     found = []
     for requirement in facts.system.requirements:
         subsystems = {x.subsystem for x in requirement.readings if x.kind != "reported"}
-        abstraction = Abstraction(facts, [requirement])
+        abstraction = Abstraction(facts, [requirement], forgotten_memory)
         names = abstraction.with_influences(subsystems)
         if names and is_monitorable(requirement):
             found.append(RequirementSlice(requirement, names, abstraction))

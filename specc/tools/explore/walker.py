@@ -73,6 +73,10 @@ class Walker:
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
         self._live_memory, self._live_inputs = live_memory(cone, observed), live_inputs(cone)
+        forgotten_memory = {item.name for item in cone.memory if item.is_forgotten}
+        self._tracked_memory = {
+            state: names - forgotten_memory for state, names in self._live_memory.items()
+        }
         self._memory_bounds = {item.name: item.bounds for item in cone.memory}
         self.static_values = cone.static_values
         self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
@@ -300,13 +304,13 @@ class Walker:
         ):
             yield _failure(before, before.state or branch.target, free)
             return
-        written, live = dict[InputName, tuple[int, ...]](), self._live_memory[branch.target]
+        written, tracked = dict[InputName, tuple[int, ...]](), self._tracked_memory[branch.target]
         changed = dict[str, m.Expr]()
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
             timer = None if key[0] else self.mode_timers.get(key[1])
-            if not key[0] and key[1] not in live:
+            if not key[0] and key[1] not in tracked:
                 written[key] = (UNKNOWN,)
             elif timer is not None and isinstance(value, m.Number):
                 passed = (replace(value, value=n) for n in timer.numbers(int(value.value)))
@@ -332,7 +336,7 @@ class Walker:
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
             memory_after = tuple(
-                values.get(("", name), number) if name in live else UNKNOWN
+                values.get(("", name), number) if name in tracked else UNKNOWN
                 for name, number in memory.items()
             )
             now = MachineState(branch.target, clock, memory_after, answers)
