@@ -136,7 +136,7 @@ def test_what_rests_on_forgotten_memory_is_not_proved_any_more() -> None:
     assert after.verdict not in {"proved", "violated"}
 
 
-@pytest.mark.parametrize("seeds", blocks(range(1), also=range(1, 4), long=10, each=5))
+@pytest.mark.parametrize("seeds", blocks(range(1), also=range(1, 3), long=4, each=1))
 def test_what_is_said_without_a_memory_is_what_small_systems_do(
     seeds: Seeds, tmp_path: Path
 ) -> None:
