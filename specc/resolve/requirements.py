@@ -33,6 +33,7 @@ from specc.model.requirement import (
     FormulaLet,
     Reading,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     TickCondition,
@@ -40,7 +41,7 @@ from specc.model.requirement import (
     span_of,
 )
 from specc.model.requirement import expressions_in as expressions_in
-from specc.model.types import Bool, Real
+from specc.model.types import Bool, Opaque, Real, nested_types
 from specc.model.units import SECOND
 from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
@@ -242,7 +243,7 @@ class FormulaResolver:
         """Resolve a requirement; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._read(reader, at, reader.requirement)
-        if not isinstance(found, TickCondition | BoolOp | Temporal):
+        if not isinstance(found, TemporalFormula):
             return None
         readings, names = tuple(reader.readings.values()), reader.names
         return Requirement(text, because, found, reader.lasts, readings, at.place, name, names)
@@ -254,7 +255,7 @@ class FormulaResolver:
         if found is None:
             return None
         names, place = reader.names, self.lets.places[name]
-        if not isinstance(found, TickCondition | BoolOp | Temporal):
+        if not isinstance(found, TemporalFormula):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
         formula = Requirement(text, "", found, True, readings, at.place, name, names)
@@ -275,7 +276,7 @@ class FormulaResolver:
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
         else:
-            if isinstance(found, TickCondition | BoolOp | Temporal):
+            if isinstance(found, TemporalFormula):
                 parts = tuple(dict.fromkeys(expressions_in(found)))
             else:
                 parts = (found,)
@@ -367,6 +368,14 @@ class _RequirementReader:
             return BoolOp("or", (opposite, conclusion), span(node), premise)
         if op == "since":
             return Temporal("since", self._all(self._arguments(node, 2)), at=span(node))
+        if op == "stays":
+            value, span_node = self._arguments(node, 2)
+            span_s, reach = self._span(span_node)
+            watched = self._condition(value, None)
+            if any(isinstance(type_, Opaque) for type_ in nested_types([watched.type])):
+                help = "name a part of it that is a number, a vector, a pose, a text or a record"
+                raise formula_error(value, f"values of {watched.type} cannot be compared", help)
+            return Stays(watched, span_s, reach, span(node))
         if op in TIMED:
             span_node, operand = self._arguments(node, 2)
             span_s, reach = self._span(span_node)

@@ -208,6 +208,8 @@ class Monitor:
                 return Future(
                     "within" if (op == "within") == positive else "throughout", ticks, known
                 )
+        if isinstance(formula, r.Stays):
+            raise UnsupportedFormulaError
         assert isinstance(formula, r.Temporal)
         return self._compile_past(formula, positive=positive)
 
