@@ -252,7 +252,7 @@ def _record(
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
-    every = built.result.system.requirements
+    every = built.result.system.monitored
     required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
     ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)

@@ -71,13 +71,15 @@ class RequirementPlan:
     name: str
     trigger: str
     """Of when it asks something of a run; empty where it does at every tick."""
+    contract: str
+    """What it is called as the contract of a device."""
 
 
 def requirements_plan(
     system: System, types: PythonTypes, tick_s: Fraction, *, triggers: bool
 ) -> FilePlan:
     """What the module of the requirements, or of the triggers, of a system contains."""
-    required = system.triggers if triggers else system.requirements
+    required = system.triggers if triggers else system.monitored
     readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
     elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
@@ -201,8 +203,9 @@ class _FormulaWriter:
             formula,
             f"{{{', '.join(pairs)}}}",
             item.holds_always,
-            literal(item.name) if item.name else "",
+            literal(item.name) if item.name and not item.device else "",
             "" if premise is None else self._formula(premise),
+            literal(item.name) if item.device else "",
         )
 
     def _formula(self, formula: TemporalFormula) -> str:

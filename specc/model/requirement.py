@@ -104,11 +104,13 @@ class Requirement:
     name: str = ""
     names: frozenset[str] = frozenset()
     """The `let` names that its text uses."""
+    device: str = ""
+    """The device whose contract it is; a contract is called `device.name`."""
 
     @property
     def that(self) -> str:
-        """The text on one line."""
-        return " ".join(self.text.split())
+        """The text on one line, after the name of a contract: several devices have one text."""
+        return f"{self.name}: " * bool(self.device) + " ".join(self.text.split())
 
     def is_named(self, part: TemporalFormula | Expr) -> bool:
         """Whether the text has a `let` name in the place of this part."""

@@ -493,12 +493,19 @@ class System:
     """Names for parts of formulas, and what they stand for."""
     stop_when: Requirement | None = None
     """The formula that ends a run, which the command line gives."""
+    contracts: tuple[Requirement, ...] = ()
+    """What devices do with commands."""
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
-        """All formulas about runs: requirements, triggers, and formulas that have names."""
+        """All formulas about runs: requirements, contracts, triggers, formulas that have names."""
         named = (each.formula for each in self.formula_lets if each.formula is not None)
-        return (*self.requirements, *self.triggers, *named)
+        return (*self.monitored, *self.triggers, *named)
+
+    @property
+    def monitored(self) -> tuple[Requirement, ...]:
+        """What every run is watched for: the requirements, then the contracts of devices."""
+        return (*self.requirements, *self.contracts)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:

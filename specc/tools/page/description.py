@@ -108,7 +108,7 @@ class Description:
                 "place": self.at(r.place),
                 "constants": dict(self._constants_of(r)),
             }
-            for r in system.requirements
+            for r in system.monitored
         )
         found = _shortened(
             {
