@@ -266,7 +266,7 @@ class Loop:
         numbers = iter([composition.values.shifted(n, times * slope) for n, slope in pairs])
         tracker, tracker_state = composition.tracker, first.tracker_state
         if tracker is not None:
-            states, seen = map(list, tracker.state(tracker_state))
+            states, seen, *_ = map(list, tracker.state(tracker_state))
             for index, conditions in (self.waiting_monitors or {}).items():
                 states[index] = tracker.monitor_after(
                     index, states[index], conditions, times * self._ticks

@@ -119,6 +119,9 @@ class Graph:
     def _successors(self, here: int) -> Iterable[tuple[Configuration, Edge]]:
         """The edges from a configuration; where steps repeat, one edge to the last of them."""
         count, _ = self._unbranched[here]
+        tracker = self.composition.tracker
+        if tracker is not None and not tracker.is_plain:
+            return self.composition.successors(self.configurations[here])
         if count >= MIN_PATH and not count & (count - 1):
             path = [here]
             while len(path) <= min(count, 2 * MAX_LOOP):

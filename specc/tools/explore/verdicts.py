@@ -6,12 +6,11 @@ changes its verdict.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.analysis import Facts
-from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import join_words
 from specc.model.requirement import (
     BoolOp,
@@ -26,9 +25,15 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.findings import TracedFinding
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import Monitor, TruthValue, UnsupportedFormulaError
+from specc.tools.explore.monitor import TruthValue
 from specc.tools.explore.refine import Refinement, not_refuted, refine
 from specc.tools.explore.response import PendingAnswers, responses
+from specc.tools.explore.support import (
+    NONE,
+    is_monitorable,
+    missing_contracts,
+    prove_given,
+)
 from specc.tools.explore.trace import ExploredTrace, easiest_trace
 from specc.tools.explore.tracker import RequirementTracker
 
@@ -57,6 +62,12 @@ class RequirementVerdict:
     """Whether exploring did not find out if the awaited answer can come."""
     is_dead_end: bool = False
     """Whether measurements can lead to a configuration after which no answer can come."""
+    given: tuple[str, ...] = ()
+    """The contracts of devices without which it is not proved."""
+    refusal: str = ""
+    """Why contracts that would prove it do not count."""
+    missing: tuple[str, ...] = ()
+    """Contracts that might prove it, in words."""
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -65,10 +76,18 @@ class RequirementVerdict:
 
     def summary(self) -> str:
         """The verdict."""
+        refusal = f"; {self.refusal}" if self.refusal else ""
         if self.verdict == "open":
-            return f"rests on {join_words(self.assumptions, 'and')}"
+            missing = f"; a contract of a device that might prove it: {'; '.join(self.missing)}"
+            missing = missing if self.missing and not refusal else ""
+            return f"rests on {join_words(self.assumptions, 'and')}{refusal}{missing}"
         if self.verdict == "not decided":
-            return f"not decided, since {self.why or _unknown_values(self.requirement)}"
+            why = self.why or _unknown_values(self.requirement)
+            return f"not decided, since {why}{refusal}"
+        if self.given:
+            contracts = "contract" if len(self.given) == 1 else "contracts"
+            names = join_words([f"`{name}`" for name in self.given], "and")
+            return f"proved, given the {contracts} {names}"
         if not self.is_triggered:
             return "proved, but never asked"
         if self.may_end_early and self.verdict == "proved":
@@ -116,14 +135,6 @@ def undecided_verdict(requirement: Requirement) -> RequirementVerdict:
     if is_monitorable(requirement):
         return RequirementVerdict(requirement, "not decided")
     return RequirementVerdict(requirement, "not decided", why="it looks ahead from the past")
-
-
-def is_monitorable(requirement: Requirement) -> bool:
-    """Whether a monitor can evaluate it while machines are stepped."""
-    try:
-        return bool(Monitor(requirement, base_tick(())))
-    except UnsupportedFormulaError:
-        return False
 
 
 def judge(
@@ -174,6 +185,12 @@ def judge(
             replace(found, trace=replace(found.trace, choices=choices)),
             "may be violated",
         )
+    support = prove_given(requirement, abstraction.facts, budget) if verdict in _OPEN else NONE
+    if support.names:
+        verdict, violation, is_dead_end, ends = "proved", None, False, []
+    missing: tuple[str, ...] = ()
+    if violation is not None and verdict == "open":
+        missing = missing_contracts(violation.trace, abstraction)
     findings = []
     if violation is not None and verdict != "open":
         findings.append(replace(violation, is_confirmed=is_exact or violation.trace.is_decided))
@@ -188,8 +205,14 @@ def judge(
         and not is_dead_end
         and not any(graph.is_complete for graph, _ in ends),
         is_dead_end=is_dead_end,
+        given=support.names,
+        refusal=support.refusal,
+        missing=missing,
     )
-    return result, findings, [graph for graph, _ in (*results, *ends)]
+    return result, findings, [*(graph for graph, _ in (*results, *ends)), *support.graphs]
+
+
+_OPEN: Collection[RequirementStatus] = ("may be violated", "open", "not decided", "not explored")
 
 
 def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, TracedFinding]:

@@ -1,0 +1,307 @@
+"""Contracts of devices: what the steps of machines say of their conditions on measurements.
+
+A machine that takes a row, or stays, has seen its conditions hold or fail. Where this refutes a
+condition of a contract, the contract was not met at that tick: its monitor notes it, and a trace on
+which the contract is surely broken is not followed. Nothing else is concluded from a contract.
+
+An observer of a device reads what the device reports: the subsystem that uses the device itself,
+and another one if each value is passed on unchanged in every period. That one sees it a `lag`
+later, so the monitor for it lags by as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from math import inf
+from typing import NamedTuple
+
+from specc.model import expr as m
+from specc.model.expr import conjuncts, negation
+from specc.model.requirement import Reading, Requirement
+from specc.model.system import Subsystem
+from specc.proof.ticks import Ticks
+from specc.tools.explore.abstraction import Abstraction, conditions_of
+from specc.tools.explore.cone import ConeEnding
+from specc.tools.explore.monitor import Monitor, TruthValue
+from specc.tools.explore.partial import KnownValues, may_fail, residual, static_values
+from specc.tools.explore.regions import BoundedUnknown
+from specc.tools.explore.transitions import MachineState, Transition
+from specc.tools.explore.walker import Walker
+
+
+class Move(NamedTuple):
+    """A step of a machine: its number, and of its state before; the buffers that it read."""
+
+    machine: int
+    local: int
+    buffers: tuple[int, ...]
+    transition: Transition
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """How a machine sees what a device reports: its inputs, by the names of readings."""
+
+    machine: str
+    lag_s: Fraction
+    inputs: Mapping[str, m.Input]
+
+
+def views(contract: Requirement, abstraction: Abstraction) -> list[View]:
+    """The machines that see what the device of a contract reports, and decide on it."""
+    reported = [each for each in contract.readings if each.kind == "reported"]
+    seen: dict[tuple[str, Fraction], dict[str, m.Input]] = {}
+    for reading in reported:
+        for machine, lag_s, node in readers(reading, abstraction):
+            seen.setdefault((machine, lag_s), {})[reading.name] = node
+    found = (View(machine, lag_s, inputs) for (machine, lag_s), inputs in seen.items())
+    return [view for view in found if _decides(view, abstraction)]
+
+
+def _decides(view: View, abstraction: Abstraction) -> bool:
+    """Whether a condition of the machine depends on these inputs."""
+    machine = abstraction.machines[view.machine]
+    states = (state.name for state in machine.subsystem.states)
+    conditions = [expr for state in states for expr in conditions_of(machine.subsystem, state)]
+    read = machine.dependences.all(conditions).inputs
+    return any(node.key in read for node in view.inputs.values())
+
+
+def readers(reading: Reading, abstraction: Abstraction) -> Iterator[tuple[str, Fraction, m.Input]]:
+    """The machines that read a measurement, each with its lag and its input."""
+    first = abstraction.machines.get(reading.subsystem)
+    if first is None:
+        return
+    key = reading.element[0], reading.element[1]
+    yield reading.subsystem, Fraction(0), m.Input(*key, type=reading.type)
+    period_s = 1 / first.subsystem.rate_hz
+    for name, machine in abstraction.machines.items():
+        # Else the lag is another one in some periods.
+        if (1 / machine.subsystem.rate_hz) % period_s:
+            continue
+        for element in machine.subsystem.inputs:
+            sender, output = abstraction.sender_of(name, element) or ("", ("", ""))
+            if sender == reading.subsystem and _passes_on(
+                first.subsystem, output, key, abstraction
+            ):
+                yield name, period_s, m.Input(*element, type=reading.type)
+
+
+def _passes_on(
+    subsystem: Subsystem, output: tuple[str, str], key: tuple[str, str], abstraction: Abstraction
+) -> bool:
+    """Whether every state sends the value of an input as it is."""
+    known = static_values(subsystem, abstraction.facts.system)
+    for state in subsystem.states:
+        sent = [
+            residual(item.value, known)
+            for item in state.behaviour.assignments
+            if (item.peer, item.name) == output
+        ]
+        if len(sent) != 1 or not isinstance(sent[0], m.Input) or sent[0].key != key:
+            return False
+    return True
+
+
+@dataclass(eq=False, slots=True)
+class ContractWatch:
+    """The monitor of a contract for one observer, by its index among the machines.
+
+    One without an observer only knows commands.
+    """
+
+    contract: Requirement
+    walker: Walker | None
+    observer: int
+    lag: int
+    inputs: Mapping[str, m.Input]
+    monitor: Monitor
+    measured_atoms: tuple[m.Expr, ...] = ()
+    """Its conditions about what the device reports."""
+    _answers: dict[tuple[object, ...], TruthValue] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        atoms = enumerate(self.monitor.atoms)
+        found = (a for i, a in atoms if i not in self.monitor.watched and self.is_measured(a))
+        self.measured_atoms = tuple(dict.fromkeys(found))
+
+    def is_measured(self, atom: m.Expr) -> bool:
+        """Whether a condition reads what the device reports."""
+        reported = {each.name for each in self.contract.readings if each.kind == "reported"}
+        return any(isinstance(n, m.MemoryRef) and n.name in reported for n in m.walk(atom))
+
+    def answer(self, atom: m.Expr, known: KnownValues, move: Move) -> TruthValue:
+        """What a step says of a condition; `known` are the values of the device's commands."""
+        condition = _with_inputs(residual(atom, known), self.inputs)
+        key = condition, move.local, move.buffers, move.transition.row, move.transition.target
+        if key not in self._answers:
+            self._answers[key] = self._answer(condition, move)
+        return self._answers[key]
+
+    def _answer(self, condition: m.Expr, move: Move) -> TruthValue:
+        if isinstance(condition, m.Truth):
+            return condition.value
+        # What is not known of the device has no name in the machine; what is live may have changed.
+        unknown = (m.MemoryRef, m.Call)
+        if m.is_live(condition) or any(isinstance(n, unknown) for n in m.walk(condition)):
+            return None
+        if may_fail(condition, ()):  # then a run would not call the contract broken
+            return None
+        walker = self.walker
+        assert walker is not None  # it has an observer
+        local: MachineState = walker.states.by_number[move.local]
+        known = walker.known_before(local, move.buffers)
+        seen = _branch_conditions(walker.cone.state[local.state].endings, move.transition.row)
+        if seen is None:
+            return None
+        conditions = [residual(each, known) for each in seen]
+        conditions = [each for each in conditions if each != m.TRUE]
+        satisfiable = walker.cone.prover.satisfiable
+        if not conditions:
+            return None
+        if satisfiable([condition, *conditions]) is False or _is_refuted(
+            condition, conditions, known
+        ):
+            return False
+        return True if satisfiable([negation(condition), *conditions]) is False else None
+
+
+class Conclusions:
+    """What conditions on what devices report say of one another at one tick."""
+
+    def __init__(self, ticks: Ticks) -> None:
+        self._ticks = ticks
+        self._known: dict[tuple[m.Expr, bool, m.Expr], TruthValue] = {}
+
+    def under(self, assumed: m.Expr, truth: bool, condition: m.Expr) -> TruthValue:
+        """The truth of a condition where another one has a truth value."""
+        if isinstance(condition, m.Truth):
+            return condition.value
+        key = assumed, truth, condition
+        if key not in self._known:
+            self._known[key] = self._under(assumed if truth else negation(assumed), condition)
+        return self._known[key]
+
+    def _under(self, assumed: m.Expr, condition: m.Expr) -> TruthValue:
+        ticks, nothing = self._ticks, KnownValues({}, {}, Fraction(1))
+        holds, fails = ticks.formula_at(condition), ticks.formula_at(negation(condition))
+        given = ticks.formula_at(assumed)
+        if may_fail(condition, ()) or any(isinstance(n, m.Call) for n in m.walk(condition)):
+            return None  # then a run would not call the contract broken
+        if not ticks.is_possible(given, holds) or _is_refuted(condition, [assumed], nothing):
+            return False
+        return None if ticks.is_possible(given, fails) else True
+
+
+def contract_watches(
+    contracts: Collection[Requirement],
+    requirements: Collection[Requirement],
+    abstraction: Abstraction,
+    walkers: Sequence[Walker],
+    tick_s: Fraction,
+) -> list[ContractWatch]:
+    """The monitors of contracts for all their observers among some machines.
+
+    There is one without an observer if a requirement is about what the device reports.
+    """
+    index = {walker.name: number for number, walker in enumerate(walkers)}
+    measured = {x.name for each in requirements for x in each.readings if x.kind == "reported"}
+    found = []
+    for contract in contracts:
+        if any(each.name in measured for each in contract.readings):
+            found.append(ContractWatch(contract, None, -1, 0, {}, Monitor(contract, tick_s)))
+        for view in views(contract, abstraction):
+            if view.machine not in index:
+                continue
+            number, lag = index[view.machine], int(view.lag_s / tick_s)
+            monitor = Monitor(contract, tick_s, lag)
+            found.append(
+                ContractWatch(contract, walkers[number], number, lag, view.inputs, monitor)
+            )
+    return found
+
+
+def _with_inputs(expr: m.Expr, inputs: Mapping[str, m.Input]) -> m.Expr:
+    """An expression with inputs in place of readings."""
+    if isinstance(expr, m.MemoryRef):
+        return inputs.get(expr.name, expr)
+    return m.map_children(expr, lambda part: _with_inputs(part, inputs))
+
+
+def _branch_conditions(endings: Sequence[ConeEnding], row: int) -> list[m.Expr] | None:
+    """What held in a step that took a row, or none (-1); None if that is not clear."""
+    found = list[m.Expr]()
+    taken = [end for end in endings if any(each.index == row for each in end.rows)]
+    if len(taken) != (row >= 0):
+        return None
+    for end in endings:
+        if end in taken:
+            return [*found, end.when, *(each.when for each in end.rows if each.index == row)]
+        found.append(negation(end.when))
+    return found
+
+
+# Bounds, where tables do not relate two conditions on one number.
+
+
+def _is_refuted(condition: m.Expr, others: Sequence[m.Expr], known: KnownValues) -> bool:
+    """Whether some of the others fail for all values of a number that a condition allows."""
+    bounds: dict[Leaf, tuple[float, float]] = {}
+    for part in conjuncts(condition):
+        for leaf, low, high in _bounds(part):
+            was = bounds.get(leaf, (-inf, inf))
+            bounds[leaf] = max(low, was[0]), min(high, was[1])
+    for leaf, (low, high) in bounds.items():
+        if low > high:
+            return False
+        within = replace(known, _residuals={})
+        if isinstance(leaf, m.Input):
+            within.inputs = {**known.inputs, leaf.key: BoundedUnknown(low, high)}
+        else:
+            within.memory = {**known.memory, leaf.name: BoundedUnknown(low, high)}
+        if any(residual(other, within) == m.FALSE for other in others):
+            return True
+    return False
+
+
+Leaf = m.Input | m.MemoryRef
+
+
+def _bounds(part: m.Expr) -> Iterator[tuple[Leaf, float, float]]:
+    """What a comparison says of a number, with room for the rounding of its difference."""
+    match part:
+        case m.Compare("<" | "<=", value, m.Number(value=limit)):
+            yield from _below(value, limit)
+        case m.Compare(">" | ">=", m.Number(value=limit), value):
+            yield from _below(value, limit)
+        case m.Compare(">" | ">=", value, m.Number(value=limit)):
+            yield from _above(value, limit)
+        case m.Compare("<" | "<=", m.Number(value=limit), value):
+            yield from _above(value, limit)
+
+
+def _below(value: m.Expr, limit: float) -> Iterator[tuple[Leaf, float, float]]:
+    match value:
+        case m.Builtin(name="abs", args=(inner,)):
+            for leaf, _, high in _below(inner, limit):
+                for _, low, _ in _above(inner, -limit):
+                    yield leaf, low, high
+        case m.Binary("-", m.Input() | m.MemoryRef() as leaf, m.Number(value=offset)):
+            yield leaf, -inf, limit + offset + _room(limit, offset)
+        case m.Input() | m.MemoryRef():
+            yield value, -inf, limit
+
+
+def _above(value: m.Expr, limit: float) -> Iterator[tuple[Leaf, float, float]]:
+    match value:
+        case m.Binary("-", m.Input() | m.MemoryRef() as leaf, m.Number(value=offset)):
+            yield leaf, limit + offset - _room(limit, offset), inf
+        case m.Input() | m.MemoryRef():
+            yield value, limit, inf
+
+
+def _room(*numbers: float) -> float:
+    """More than the rounding of sums and differences of these numbers can make."""
+    return sum(map(abs, numbers)) * 2.0**-50 + 2.0**-1000
