@@ -5,8 +5,8 @@ condition of a contract, the contract was not met at that tick: its monitor note
 which the contract is surely broken is not followed. Nothing else is concluded from a contract.
 
 An observer of a device reads what the device reports: the subsystem that uses the device itself,
-and another one if each value is passed on unchanged in every period. That one sees it a `lag`
-later, so the monitor for it lags by as much.
+and others if each value is passed on unchanged in every period. They see it a `lag` later, so the
+monitors for them lag by as much.
 """
 
 from __future__ import annotations
@@ -70,23 +70,29 @@ def _decides(view: View, abstraction: Abstraction) -> bool:
 
 
 def readers(reading: Reading, abstraction: Abstraction) -> Iterator[tuple[str, Fraction, m.Input]]:
-    """The machines that read a measurement, each with its lag and its input."""
-    first = abstraction.machines.get(reading.subsystem)
-    if first is None:
+    """The machines that read a measurement, each with its lag and its input.
+
+    One that passes it on is stepped at each time stamp of its reader, so the lag is the same in
+    all periods.
+    """
+    if reading.subsystem not in abstraction.machines:
         return
-    key = reading.element[0], reading.element[1]
-    yield reading.subsystem, Fraction(0), m.Input(*key, type=reading.type)
-    period_s = 1 / first.subsystem.rate_hz
-    for name, machine in abstraction.machines.items():
-        # Else the lag is another one in some periods.
-        if (1 / machine.subsystem.rate_hz) % period_s:
-            continue
-        for element in machine.subsystem.inputs:
-            sender, output = abstraction.sender_of(name, element) or ("", ("", ""))
-            if sender == reading.subsystem and _passes_on(
-                first.subsystem, output, key, abstraction
-            ):
-                yield name, period_s, m.Input(*element, type=reading.type)
+    node = m.Input(reading.element[0], reading.element[1], type=reading.type)
+    waiting, seen = [(reading.subsystem, Fraction(0), node)], {(reading.subsystem, node.key)}
+    while waiting:
+        sender, lag_s, node = waiting.pop(0)
+        yield sender, lag_s, node
+        machine = abstraction.machines[sender].subsystem
+        period_s = 1 / machine.rate_hz
+        for name, reader in abstraction.machines.items():
+            for element in reader.subsystem.inputs:
+                source, output = abstraction.sender_of(name, element) or ("", ("", ""))
+                is_new = source == sender and (name, element) not in seen
+                if not is_new or (1 / reader.subsystem.rate_hz) % period_s:
+                    continue
+                if _passes_on(machine, output, node.key, abstraction):
+                    seen.add((name, element))
+                    waiting.append((name, lag_s + period_s, m.Input(*element, type=reading.type)))
 
 
 def _passes_on(

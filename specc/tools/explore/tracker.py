@@ -12,7 +12,7 @@ from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
 from specc.tools.explore.contracts import Conclusions, ContractWatch, Move
-from specc.tools.explore.monitor import Monitor, TruthValue
+from specc.tools.explore.monitor import Monitor, MonitorState, TruthValue
 from specc.tools.explore.partial import (
     AbstractValue,
     KnownValues,
@@ -413,7 +413,10 @@ class RequirementTracker:
         answers: Sequence[TruthValue],
     ) -> tuple[TruthValue, ...]:
         """The truth of the conditions of a contract as its observer saw them."""
-        measured = dict(zip(watch.measured_atoms, answers, strict=False))
+        number = self._contracts.index(watch)
+        begun: MonitorState = self._obligation_numbers.by_number[state.contracts[number]]
+        # Before the run has begun for the observer, it saw no measurements.
+        measured = {} if begun.waiting else dict(zip(watch.measured_atoms, answers, strict=False))
         known, found = self._known_values(now), list[TruthValue]()
         for atom in watch.monitor.atoms:
             is_old = all(self._age(state, s, changes) >= watch.lag for s in self._slots_in(atom))

@@ -121,8 +121,14 @@ class RequirementSlice:
 def requirement_slices(facts: Facts) -> list[RequirementSlice]:
     """The requirements that monitors can evaluate, those about single ticks first."""
     found = []
+    under_contract = {x.name for each in facts.system.contracts for x in each.readings}
     for requirement in facts.system.requirements:
-        subsystems = {x.subsystem for x in requirement.readings if x.kind != "reported"}
+        # What is measured is decided by contracts at most.
+        subsystems = {
+            x.subsystem
+            for x in requirement.readings
+            if x.kind != "reported" or x.name in under_contract
+        }
         abstraction = Abstraction(facts, [requirement])
         names = abstraction.with_influences(subsystems)
         if names and is_monitorable(requirement):
