@@ -117,6 +117,9 @@ def _as_json(
             "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
             "rests_on": list(r.assumptions),
+            "given": list(r.given),
+            "refused": r.refusal,
+            "missing": list(r.missing),
             **_recording(r.finding, found, traces),
         }
         for r in found.requirements

@@ -17,6 +17,7 @@ from fractions import Fraction
 from math import inf
 from typing import NamedTuple
 
+from specc.lang.evaluate import range_of
 from specc.model import expr as m
 from specc.model.expr import conjuncts, negation
 from specc.model.requirement import Reading, Requirement
@@ -267,7 +268,7 @@ def _is_refuted(condition: m.Expr, others: Sequence[m.Expr], known: KnownValues)
             within.inputs = {**known.inputs, leaf.key: BoundedUnknown(low, high)}
         else:
             within.memory = {**known.memory, leaf.name: BoundedUnknown(low, high)}
-        if any(residual(other, within) == m.FALSE for other in others):
+        if any(range_of(other, within.range_of) == (0, 0) for other in others):
             return True
     return False
 
@@ -278,6 +279,10 @@ Leaf = m.Input | m.MemoryRef
 def _bounds(part: m.Expr) -> Iterator[tuple[Leaf, float, float]]:
     """What a comparison says of a number, with room for the rounding of its difference."""
     match part:
+        case m.Builtin(name=m.NEAR, args=(value, m.Number(value=to), m.Number(value=limit))):
+            yield from _around(value, to, limit)
+        case m.Builtin(name=m.NEAR, args=(m.Number(value=to), value, m.Number(value=limit))):
+            yield from _around(value, to, limit)
         case m.Compare("<" | "<=", value, m.Number(value=limit)):
             yield from _below(value, limit)
         case m.Compare(">" | ">=", m.Number(value=limit), value):
@@ -286,6 +291,12 @@ def _bounds(part: m.Expr) -> Iterator[tuple[Leaf, float, float]]:
             yield from _above(value, limit)
         case m.Compare("<" | "<=", m.Number(value=limit), value):
             yield from _above(value, limit)
+
+
+def _around(value: m.Expr, to: float, limit: float) -> Iterator[tuple[Leaf, float, float]]:
+    if isinstance(value, m.Input | m.MemoryRef):
+        room = _room(to, limit)
+        yield value, to - limit - room, to + limit + room
 
 
 def _below(value: m.Expr, limit: float) -> Iterator[tuple[Leaf, float, float]]:
