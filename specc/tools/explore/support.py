@@ -19,7 +19,6 @@ from specc.tools.explore.contracts import readers
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, UnsupportedFormulaError
 from specc.tools.explore.partial import residual
-from specc.tools.explore.refine import refine
 from specc.tools.explore.trace import ExploredTrace
 
 
@@ -109,14 +108,17 @@ def _proof(
     subsystems |= {x.subsystem for each in contracts for x in each.readings}
     names = abstraction.with_influences(subsystems)
 
-    def build(precision: Precision, budget: int) -> Graph:
+    # The time that a contract leaves is counted in any case, and so that of the machines is.
+    for precision in (Precision(counts_time=True), Precision(counts_time=True, max_values=None)):
         composition = Composition(
             names, abstraction, precision, requirements=[requirement], contracts=contracts
         )
-        return Graph(composition, budget)
-
-    results = refine(build, lambda graph: dict.fromkeys(graph.violated), budget)
-    return next((graph for graph, _ in results if _is_proved(graph)), None)
+        graph = Graph(composition, budget)
+        if _is_proved(graph):
+            return graph
+        if graph.broken_off or not graph.composition.widened:
+            break
+    return None
 
 
 def is_monitorable(requirement: Requirement) -> bool:
