@@ -289,7 +289,7 @@ class Composition:
         if self._only_forced:
             each = [tuple(sorted(results, key=_avoidable_last)[:1]) for results in each]
         watched = bool(self.tracker and self.tracker.has_contracts)
-        asked = [(i, parts[i].state, parts[i].buffers) for i in due] if watched else []
+        steps_before = [(i, parts[i].state, parts[i].buffers) for i in due] if watched else []
         is_dead_end = True
         for results in product(*each):
             for i, result in zip(due, results, strict=True):
@@ -297,7 +297,7 @@ class Composition:
             ordered, turn = self.sort_copies(parts) if self.copies else (parts, ())
             moves = [
                 Move(*before_step, result.transition[1])
-                for before_step, result in zip(asked, results, strict=False)
+                for before_step, result in zip(steps_before, results, strict=False)
                 if not result.ends_run
             ]
             tracker_state, violated = self._track(
@@ -309,9 +309,9 @@ class Composition:
             configuration = Configuration(phase, tuple(numbers), tracker_state)
             if ordered is not parts:
                 configuration = self.configuration_of(phase, ordered, tracker_state)
-            taken = tuple([result.transition for result in results])
+            transitions = tuple([result.transition for result in results])
             ends = True in [result.ends_run for result in results]
-            yield configuration, Edge(-1, taken, overwritten, violated, turn, ends)
+            yield configuration, Edge(-1, transitions, overwritten, violated, turn, ends)
         self.has_dead_end |= is_dead_end
 
     def _step_results(self, index: int, number: int) -> tuple[_Result, ...]:

@@ -11,23 +11,31 @@ monitors for them lag by as much.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import struct
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from math import inf
+from functools import partial
 from typing import NamedTuple
 
 from specc.lang.evaluate import range_of
+from specc.lang.kinds import kind
 from specc.model import expr as m
-from specc.model.expr import conjuncts, negation
+from specc.model.expr import negation
 from specc.model.requirement import Reading, Requirement
 from specc.model.system import Subsystem
 from specc.proof.ticks import Ticks
 from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.cone import ConeEnding
 from specc.tools.explore.monitor import Monitor, TruthValue
-from specc.tools.explore.partial import KnownValues, may_fail, residual, static_values
-from specc.tools.explore.regions import BoundedUnknown
+from specc.tools.explore.partial import (
+    MAX_FLOAT,
+    KnownValues,
+    may_fail,
+    residual,
+    static_values,
+)
+from specc.tools.explore.regions import BoundedUnknown, value_leaves
 from specc.tools.explore.transitions import MachineState, Transition
 from specc.tools.explore.walker import Walker
 
@@ -42,7 +50,7 @@ class Move(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class DeviceView:
     """How a machine sees what a device reports: its inputs, by the names of readings."""
 
     machine: str
@@ -50,18 +58,18 @@ class View:
     inputs: Mapping[str, m.Input]
 
 
-def views(contract: Requirement, abstraction: Abstraction) -> list[View]:
+def views(contract: Requirement, abstraction: Abstraction) -> list[DeviceView]:
     """The machines that see what the device of a contract reports, and decide on it."""
     reported = [each for each in contract.readings if each.kind == "reported"]
     seen: dict[tuple[str, Fraction], dict[str, m.Input]] = {}
     for reading in reported:
         for machine, lag_s, node in readers(reading, abstraction):
             seen.setdefault((machine, lag_s), {})[reading.name] = node
-    found = (View(machine, lag_s, inputs) for (machine, lag_s), inputs in seen.items())
+    found = (DeviceView(machine, lag_s, inputs) for (machine, lag_s), inputs in seen.items())
     return [view for view in found if _decides(view, abstraction)]
 
 
-def _decides(view: View, abstraction: Abstraction) -> bool:
+def _decides(view: DeviceView, abstraction: Abstraction) -> bool:
     """Whether a condition of the machine depends on these inputs."""
     machine = abstraction.machines[view.machine]
     states = (state.name for state in machine.subsystem.states)
@@ -240,11 +248,11 @@ def _with_inputs(expr: m.Expr, inputs: Mapping[str, m.Input]) -> m.Expr:
 def _branch_conditions(endings: Sequence[ConeEnding], row: int) -> list[m.Expr] | None:
     """What held in a step that took a row, or none (-1); None if that is not clear."""
     found = list[m.Expr]()
-    taken = [end for end in endings if any(each.index == row for each in end.rows)]
-    if len(taken) != (row >= 0):
+    ended_by = [end for end in endings if any(each.index == row for each in end.rows)]
+    if len(ended_by) != (row >= 0):
         return None
     for end in endings:
-        if end in taken:
+        if end in ended_by:
             return [*found, end.when, *(each.when for each in end.rows if each.index == row)]
         found.append(negation(end.when))
     return found
@@ -255,70 +263,58 @@ def _branch_conditions(endings: Sequence[ConeEnding], row: int) -> list[m.Expr] 
 
 def _is_refuted(condition: m.Expr, others: Sequence[m.Expr], known: KnownValues) -> bool:
     """Whether some of the others fail for all values of a number that a condition allows."""
-    bounds: dict[Leaf, tuple[float, float]] = {}
-    for part in conjuncts(condition):
-        for leaf, low, high in _bounds(part):
-            was = bounds.get(leaf, (-inf, inf))
-            bounds[leaf] = max(low, was[0]), min(high, was[1])
-    for leaf, (low, high) in bounds.items():
-        if low > high:
-            return False
-        within = replace(known, _residuals={})
-        if isinstance(leaf, m.Input):
-            within.inputs = {**known.inputs, leaf.key: BoundedUnknown(low, high)}
-        else:
-            within.memory = {**known.memory, leaf.name: BoundedUnknown(low, high)}
-        if any(range_of(other, within.range_of) == (0, 0) for other in others):
+    for leaf in dict.fromkeys(value_leaves(condition)):
+        if kind(leaf.type).sort not in ("whole", "real"):
+            continue
+        fails = partial(_fails, condition, known, leaf)
+        low = _last(partial(_below, fails))
+        high = -_last(partial(_above, fails))
+        if low <= high and any(_fails(other, known, leaf, low, high) for other in others):
             return True
     return False
 
 
-Leaf = m.Input | m.MemoryRef
+def _fails(
+    condition: m.Expr, known: KnownValues, leaf: m.Input | m.MemoryRef, low: float, high: float
+) -> bool:
+    """Whether a condition fails for all values of an input or memory between two numbers."""
+    within, value = replace(known, _residuals={}), BoundedUnknown(low, high)
+    if isinstance(leaf, m.Input):
+        within.inputs = {**known.inputs, leaf.key: value}
+    else:
+        within.memory = {**known.memory, leaf.name: value}
+    return range_of(condition, within.range_of) == (0, 0)
 
 
-def _bounds(part: m.Expr) -> Iterator[tuple[Leaf, float, float]]:
-    """What a comparison says of a number, with room for the rounding of its difference."""
-    match part:
-        case m.Builtin(name=m.NEAR, args=(value, m.Number(value=to), m.Number(value=limit))):
-            yield from _around(value, to, limit)
-        case m.Builtin(name=m.NEAR, args=(m.Number(value=to), value, m.Number(value=limit))):
-            yield from _around(value, to, limit)
-        case m.Compare("<" | "<=", value, m.Number(value=limit)):
-            yield from _below(value, limit)
-        case m.Compare(">" | ">=", m.Number(value=limit), value):
-            yield from _below(value, limit)
-        case m.Compare(">" | ">=", value, m.Number(value=limit)):
-            yield from _above(value, limit)
-        case m.Compare("<" | "<=", m.Number(value=limit), value):
-            yield from _above(value, limit)
+def _below(fails: Callable[[float, float], bool], end: float) -> bool:
+    return fails(-MAX_FLOAT, end)
 
 
-def _around(value: m.Expr, to: float, limit: float) -> Iterator[tuple[Leaf, float, float]]:
-    if isinstance(value, m.Input | m.MemoryRef):
-        room = _room(to, limit)
-        yield value, to - limit - room, to + limit + room
+def _above(fails: Callable[[float, float], bool], end: float) -> bool:
+    return fails(-end, MAX_FLOAT)
 
 
-def _below(value: m.Expr, limit: float) -> Iterator[tuple[Leaf, float, float]]:
-    match value:
-        case m.Builtin(name="abs", args=(inner,)):
-            for leaf, _, high in _below(inner, limit):
-                for _, low, _ in _above(inner, -limit):
-                    yield leaf, low, high
-        case m.Binary("-", m.Input() | m.MemoryRef() as leaf, m.Number(value=offset)):
-            yield leaf, -inf, limit + offset + _room(limit, offset)
-        case m.Input() | m.MemoryRef():
-            yield value, -inf, limit
+def _last(test: Callable[[float], bool]) -> float:
+    """The greatest float that passes a test, as smaller ones do; the least one if none does."""
+    low, high = -_ORDERS, _ORDERS
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if test(_float(middle)) else (low, middle - 1)
+    return _float(low)
 
 
-def _above(value: m.Expr, limit: float) -> Iterator[tuple[Leaf, float, float]]:
-    match value:
-        case m.Binary("-", m.Input() | m.MemoryRef() as leaf, m.Number(value=offset)):
-            yield leaf, limit + offset - _room(limit, offset), inf
-        case m.Input() | m.MemoryRef():
-            yield value, limit, inf
+def _float(order: int) -> float:
+    """The finite float in this place, counted from 0."""
+    (found,) = struct.unpack("<d", struct.pack("<q", abs(order)))
+    return float(found if order >= 0 else -found)
 
 
-def _room(*numbers: float) -> float:
-    """More than the rounding of sums and differences of these numbers can make."""
-    return sum(map(abs, numbers)) * 2.0**-50 + 2.0**-1000
+(_ORDERS,) = struct.unpack("<q", struct.pack("<d", MAX_FLOAT))
+"""How many finite floats are greater than 0."""
+
+
+def unsigned(expr: m.Expr) -> m.Expr:
+    """A literal without the sign of zeros, which are equal in a run."""
+    if isinstance(expr, m.Number):
+        return replace(expr, value=expr.value + 0)
+    return m.map_children(expr, unsigned)

@@ -204,7 +204,7 @@ def _shapes(
 ) -> Iterator[str]:
     """The contract of one device that says that a condition comes true, if there is one."""
     nodes = {node.key: node for node in m.walk(condition) if isinstance(node, m.Input)}
-    others = (m.MemoryRef, m.Clock, m.LetRef, m.Call)
+    others = (m.MemoryRef, m.Clock, m.Call)
     if not nodes or any(isinstance(node, others) for node in m.walk(condition)):
         return
     for device in devices.values():

@@ -11,7 +11,7 @@ from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
-from specc.tools.explore.contracts import Conclusions, ContractWatch, Move
+from specc.tools.explore.contracts import Conclusions, ContractWatch, Move, unsigned
 from specc.tools.explore.monitor import Monitor, MonitorState, TruthValue
 from specc.tools.explore.partial import (
     AbstractValue,
@@ -255,7 +255,7 @@ class RequirementTracker:
         if ABSENT in (before, after):
             return True
         one, other = self._values.value(before), self._values.value(after)
-        return _unsigned(one) != _unsigned(other) if is_known(one) and is_known(other) else None
+        return unsigned(one) != unsigned(other) if is_known(one) and is_known(other) else None
 
     def _answers(
         self,
@@ -383,7 +383,7 @@ class RequirementTracker:
         known = self._known_values(now)
         found = (residual(value, known) for value in self._watched)
         return tuple(
-            self._watched_numbers.number(_unsigned(value)) if is_literal(value) else -1
+            self._watched_numbers.number(unsigned(value)) if is_literal(value) else -1
             for value in found
         )
 
@@ -577,13 +577,6 @@ class _ObservedMachine(dict[int, int]):
         memory = tuple([local.memory[slot] for slot in self._slots])
         shown = local.clock == FAILED, local.state if self._state else "", memory
         return self.setdefault(number, self._seen.number(shown))
-
-
-def _unsigned(expr: m.Expr) -> m.Expr:
-    """A literal without the sign of zeros, which are equal in a run."""
-    if isinstance(expr, m.Number):
-        return replace(expr, value=expr.value + 0)
-    return m.map_children(expr, _unsigned)
 
 
 _FAILED_VALUE = object()
