@@ -128,10 +128,10 @@ _LONGEST_NUMBER = 40
 
 
 def number_between(
-    parse: Callable[[str], int | float | Fraction], low: float, high: float
+    parse: Callable[[str], int | float | Fraction], low: float, high: float, kind: str = ""
 ) -> Callable[[str], int | float | Fraction]:
-    """Parses a whole number, else seconds, in a range, both ends included."""
-    kind = "a whole number" if parse is int else "a number of seconds"
+    """Parses a whole number, else seconds if no other kind is named, both ends included."""
+    kind = kind or ("a whole number" if parse is int else "a number of seconds")
 
     def number_of(text: str) -> int | float | Fraction:
         try:
@@ -312,12 +312,38 @@ def _why(command: Parser) -> None:
     _add_spec(command)
 
 
+def _coverage(command: Parser) -> None:
+    add = command.add_argument
+    add("files", metavar="FILE.mcap", nargs="+", help="recordings of one specification")
+    words = "the specification, of which `specc explore` says which rows can be taken"
+    add("--spec", metavar="SPEC", help=words)
+    words = "steps of exploring for rows that no run takes, 0 for none (default: 100000)"
+    steps = number_between(int, 0, 99_999_999)
+    add("--budget", metavar="STEPS", type=steps, default=100_000, help=words)
+    words = "exit code 1 if less than this percentage is covered"
+    percent = number_between(float, 0, 100, "a percentage")
+    add("--fail-under", metavar="PERCENT", type=percent, help=words)
+    _add_format(command, "coverage")
+
+
 def _view(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap", type=Path)
     _add_spec(command)
     words = "port of the page on this machine (default: one that is free)"
     add("--port", metavar="N", type=number_between(int, 0, 65535), default=0, help=words)
+
+
+def _report(command: Parser) -> None:
+    add = command.add_argument
+    words = "recordings, results.json of `specc test`, or the folder of a sweep"
+    add("files", metavar="FILE.mcap", nargs="+", help=words)
+    words = "show this signal: irp.m.x.c.T_d, plant.gap; may be repeated (default: the usual ones)"
+    add("--signal", metavar="NAME", dest="signals", action="append", default=[], help=words)
+    _add_spec(command)
+    words = "file to write, .html (default: FILE-report.html in the working directory)"
+    add("--out", metavar="FILE", help=words)
+    _add_force(command)
 
 
 def _recover(command: Parser) -> None:
@@ -490,7 +516,11 @@ COMMANDS = tuple(starmap(Command, (
      "say where machines were at a moment of a recorded run, and what they waited for", _why),
     ("plot", "plot:plot",
      "draw signals of recorded runs, and the states of machines, over time", _plot, True),
+    ("coverage", "coverage:coverage",
+     "say what recorded runs tried of their specification, and what none of them did", _coverage),
     ("view", "view:view", "show a recorded run in the browser: a page to scrub through it", _view),
+    ("report", "report:report",
+     "write recorded runs, tests and sweeps into one file of HTML that opens from disk", _report),
     ("recover", "recordings:recover", "make a clean file of a recording that was cut", _recover),
     ("completion", "arguments:completion",
      "print what makes a shell complete the commands of specc", _completion),

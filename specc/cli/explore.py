@@ -159,7 +159,6 @@ def _finding(finding: TracedFinding) -> dict[str, Any]:
             "to": step.transition.target,
             "row": step.transition.row,
             "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.transition.sent],
-            **({"times": step.times} if step.times > 1 else {}),
         }
         for step in finding.trace.steps
     ]

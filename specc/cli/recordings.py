@@ -35,6 +35,8 @@ _MOST_VALUES = 10_000
 """Constants that are set for a run."""
 _MOST_NAMED = 3
 """Faults or names of a recorded specification that a message lists."""
+_NO_FILE = "E0208"
+"""A specification names a file that is not there."""
 
 
 def call_runtime(module: str, function: str, *arguments: Any) -> Any:
@@ -231,6 +233,25 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
 
 
 # The specification in a recording, as code: for a run that goes on from it with another one.
+
+
+def recorded_spec(
+    texts: Mapping[str, str], values: Mapping[str, str], file: str = "the file"
+) -> Result:
+    """The specification in a recording, as data; no other file is read. Raises Refused."""
+    from specc import pipeline
+
+    if not texts:
+        raise Refused(f"there is no specification in {file}")
+    spec = next(iter(texts))
+    result = pipeline.read_texts(spec, texts_by_path(texts, spec), values)
+    # Files that it names are not read, so it does not matter from where this is called.
+    wrong = (d for d in result.diagnostics if blocks(d.code, "build") and d.code != _NO_FILE)
+    errors = [d.message for d in wrong]
+    if errors or result.system is None:
+        what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST_REASON)
+        raise Refused(f"the specification in {file} cannot be read: {what}")
+    return result
 
 
 def recorded_texts(sources: Sources) -> dict[str, str]:

@@ -28,6 +28,7 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "ages": ("text", "json"),
     "explore": ("text", "json"),
     "diff": ("text", "markdown", "json"),
+    "coverage": _REPORTS,
     "plot": ("svg", "png", "pdf", "csv"),
 }
 """What each command can print or write, by default the first; `specc graph` has its own table."""

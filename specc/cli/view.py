@@ -27,7 +27,7 @@ from specc.model.expr import Call, walk
 from specc.refusal import Refused, missing_package, reason_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from specc.model.system import Subsystem
     from specc.pipeline import Result
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from specc.tools.page.server import Server
 
 _MOST_NAMED, _LONGEST = 3, 1000
+_NO_FILE = "E0208"
 _AT_FIRST_S, _NEWS_S = 2.0, 2.0
 """Wall time for which a file is read before it is shown, and then between two looks at it."""
 
@@ -59,11 +60,14 @@ def view(options: Namespace) -> int:
     return print_losses(index.reading)
 
 
-def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> RecordedRun:
+def recorded_run(
+    index: Any, given: Result | None = None, spec: str = "", command: Sequence[str] = ()
+) -> RecordedRun:
     """The file of an index as a source of the page.
 
     `given` is the user's specification, compiled, at `spec`; without it that in the file is read,
-    as data. Raises Refused.
+    as data. `command` is the one to which `--spec` can be added, by default `specc view`. Raises
+    Refused.
     """
     from specc.tools.page.description import AssetShelf, Description
     from specc.tools.page.raw import RawContent
@@ -87,10 +91,11 @@ def recorded_run(index: Any, given: Result | None = None, spec: str = "") -> Rec
         content = RawContent(recording)
     else:
         if not spec and any(map(_calls_operators, result.system.subsystems)):
-            command = ["specc", "view", str(index.path), "--spec", spec_here(about) or "SPEC"]
+            own = command or ("specc", "view", str(index.path))
+            named = shlex.join([*own, "--spec", spec_here(about) or "SPEC"])
             notices.append(
                 "What operators compute is not known, for a recording does not decide which code"
-                f" runs. To have them called, name the specification: {shlex.join(command)}"
+                f" runs. To have them called, name the specification: {named}"
             )
         explainer = Explainer(
             spec or next(iter(texts)),
@@ -133,7 +138,9 @@ def _read_texts(
         notices.append(str(refused))
     spec = next(iter(texts), "")
     result = pipeline.read_texts(spec, texts_by_path(texts, spec), values)
-    errors = [d.message for d in result.diagnostics if blocks(d.code, "build")]
+    # Files that it names are not read, so it does not matter from where the page is opened.
+    wrong = (d for d in result.diagnostics if blocks(d.code, "build") and d.code != _NO_FILE)
+    errors = [d.message for d in wrong]
     if not errors and result.system:
         return result
     what = truncate(join_some(errors, _MOST_NAMED, "; "), _LONGEST)

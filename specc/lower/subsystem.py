@@ -22,7 +22,7 @@ from specc.lower.names import (
 from specc.lower.nodes import Emitter, number
 from specc.lower.terms import TermTable, TooLarge, term_table
 from specc.model import expr as e
-from specc.model.fsm import Behaviour, Condition, Trace, Transition, mode_name
+from specc.model.fsm import Behaviour, Condition, State, Trace, Transition, mode_name
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.types import Type
 
@@ -54,18 +54,15 @@ class Equations:
     def tables(self) -> dict[str, object] | None:
         """The tables that a generated class carries; none if nothing has a number."""
         states = self._subsystem.states
-        behaviours = [(s, _numbers_of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
+        behaviours = [(s, self.of_state(s)) for s in states]
         checks = []
         for state in states:
-            endings = ((cause, self._of_condition(c)) for cause, c in state.behaviour.endings)
+            endings = ((cause, self.of_condition(c)) for cause, c in state.behaviour.endings)
             several = len(state.behaviour.errors) > 1  # their order matters
             shown = [(c, n) for c, n in endings if n or (several and c != "terminal")]
             if any(numbers for _, numbers in shown):
                 checks.append((state, [f"{literal(c)}: {_tuple(n)}" for c, n in shown]))
-        rows = [
-            _numbers_of(row.trace) | self._of_condition(row.condition)
-            for row in self._subsystem.transitions
-        ]
+        rows = [self.of_row(row) for row in self._subsystem.transitions]
         if not checks and not any(numbers for _, numbers in behaviours) and not any(rows):
             return None
         return {
@@ -74,8 +71,17 @@ class Equations:
             "rows": tuple(map(_tuple, rows)),
         }
 
-    def _of_condition(self, condition: Condition) -> EquationNumbers:
+    def of_state(self, state: State) -> EquationNumbers:
+        """What a step executes that enters a state or stays in it."""
+        return _numbers_of(state.trace) | self._of_behaviour(state.behaviour)
+
+    def of_condition(self, condition: Condition) -> EquationNumbers:
+        """What a step executes that asks a condition."""
         return _numbers_of(condition.trace) | self._of_expr(condition.when)
+
+    def of_row(self, row: Transition) -> EquationNumbers:
+        """What a step executes that tests a row."""
+        return _numbers_of(row.trace) | self.of_condition(row.condition)
 
     def _of_behaviour(self, behaviour: Behaviour) -> EquationNumbers:
         numbers = _numbers_of(behaviour.trace).union(

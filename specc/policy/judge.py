@@ -18,8 +18,9 @@ from specc.reachable import grouped
 from specc.read.document import Comment, comments_of
 from specc.source import Place, SourceFile, Sources
 
-_EXPLORED = "W10"
-"""Codes of what only `specc explore` finds; comments about it are no concern of other commands."""
+_OF_OTHERS = "W10", "W11"
+"""Codes of what only `specc explore` and `specc coverage` find; other commands leave comments about
+them alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def judge(
         others += [
             _unused_ignore(source, entry)
             for source, entry in ignores
-            if entry.place not in used and not entry.code.startswith(_EXPLORED)
+            if entry.place not in used and not entry.code.startswith(_OF_OTHERS)
         ]
     shown += filter(settings.shows, others)
     if settings.strict:

@@ -34,6 +34,10 @@ NO_SPEC = {
         (code for code in all_codes() if code[1:3] == "10"),
         "found by `specc explore`; see tests/explore",
     ),
+    **dict.fromkeys(
+        (code for code in all_codes() if code[1:3] == "11"),
+        "found by `specc coverage`; see tests/coverage",
+    ),
     "W0901": "comments are judged after compiling; see tests/policy",
     "E0903": "comments are judged after compiling; see tests/policy",
     "E0905": "about settings, not about a specification",

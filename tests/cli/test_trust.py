@@ -84,8 +84,12 @@ NOTHING_RUNS = [
     ["recover", "run.mcap", "--out", "mended.mcap"],
     ["replay", "run.mcap"],
     ["why", "run.mcap@0.1"],
+    ["coverage", "run.mcap"],
+    ["coverage", "run.mcap", "--format", "github"],
+    ["coverage", "run.mcap", "--format", "json"],
     ["plot", "run.mcap"],
     ["plot", "run.mcap", "talker.c.m", "--csv"],
+    ["report", "run.mcap"],
     ["completion", "bash"],
     ["witness", "wrong.yaml", "--out=scenarios"],
     ["run", "wrong.yaml"],
@@ -108,6 +112,7 @@ AS_SPECIFICATION = [
     *(["ages"], ["explore"], ["explore", "--traces=t"], ["diff", "talk.yaml"], ["witness"]),
     *(["import", "scxml"], ["init"], ["replay", "run.mcap", "--spec"], ["replay"]),
     *(["why", "run.mcap@0.1", "--spec"], ["view", "run.mcap", "--spec"]),
+    ["report", "run.mcap", "--out=passed.html", "--force", "--spec"],
 ]
 PICKLED = b"cos\nsystem\n(S'touch marker'\ntR."
 

@@ -512,7 +512,7 @@ agents:
       rate: 100 Hz
       y: {b: {n: int}}
       memory: {n: {type: int, init: 94906267}, q: {type: real, init: 0}, r: {type: real, init: 0}}
-      conditions: {terminal: {late: "elapsed > 3000[s]"}}
+      conditions: {terminal: {late: "elapsed > 20[s]"}}
       functions: {f: {y.b.n: n, q: n, r: "(n if n > 0 else 0.5) * (n if n > 0 else 0.5)"}}
       behaviours: {w: {functions: [f], terminal: late}, v: {functions: [f], terminal: never}}
       states: {S0: w, S1: v}

@@ -53,28 +53,10 @@ class Followed(Interpreter):
         return inputs, fresh
 
 
-Place = tuple[int, Edge | None, int]
-"""A configuration, or so many steps of an edge of repeated steps behind it."""
-
-
-def following(graph: Graph, place: Place) -> Iterator[tuple[Edge, Place]]:
-    """The single steps from a place, each with the place to which it leads."""
-    number, inside, passed = place
-    for edge in graph.edges[number] if inside is None else (inside,):
-        if not edge.loop:
-            yield edge, (edge.target, None, 0)
-            continue
-        step = edge.loop[passed % len(edge.loop)]._replace(target=-1)
-        if passed + 1 < len(edge.loop) * edge.times:
-            yield step, (number, edge, passed + 1)
-        else:
-            yield step._replace(target=edge.target), (edge.target, None, 0)
-
-
 def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> str:
     """Where a run is no way of the graph, with what is known of values; nothing if it is one."""
     composition = graph.composition
-    here: set[Place] = {(0, None, 0)}
+    here = {0}
     for tick in range(1, 10**6):
         due = composition.due[tick % composition.hyperperiod]
         stamps = {i: tick // composition.ticks[i] for i in due}
@@ -86,9 +68,9 @@ def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> s
         steps = {i: run.steps[names[i]][stamps[i]] for i in due}
         new = {i: fresh[names[i]][stamps[i]] for i in due}
         there = {
-            after
-            for place in here
-            for edge, after in following(graph, place)
+            edge.target
+            for number in here
+            for edge in graph.edges[number]
             if _is(edge, steps, new, graph)
         }
         if not there:
@@ -111,8 +93,6 @@ def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], gr
         lost = {k for k in walker.events & fresh[i] if k not in looked and k not in ignored}
         if lost != walker.events & set(dict(move.lost)):
             return False
-        if edge.target < 0:  # values change, of which the last are compared
-            continue
         parts = composition.parts_of(graph.configurations[edge.target])
         memory = walker.states.by_number[parts[i].state].memory
         slots = walker.memory_slots.items()

@@ -11,7 +11,6 @@ from specc_runtime import track
 
 from specc.cli import main
 from specc.tools.explore import concrete
-from tests.explore.test_counters import counting
 from tests.recording.runs import messages
 from tests.seeds import short
 
@@ -69,21 +68,6 @@ def test_no_value_is_made_up_for_a_trace(
     assert "its trace is not recorded: at 0.1 s `panel.c` is in `watching`, not in" in said
     assert "whatever measurements were tried" in said
     assert not (tmp_path / "traces").exists()
-
-
-def test_a_trace_with_repeated_steps_is_recorded_if_it_is_not_too_long(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    spec = tmp_path / "spec.yaml"
-    spec.write_text(counting("deadlock", "two", 300), encoding="utf-8")
-    (finding,) = traced(spec, tmp_path / "few", capsys)
-    assert any("times" in step for step in finding["trace"])
-    steps = messages(Path(finding["recording"]))["/a.c"]
-    assert [step["state"] for _, step in steps].index("S1") == 301
-    spec.write_text(counting("deadlock", "two", 10**6), encoding="utf-8")
-    (finding,) = traced(spec, tmp_path / "many", capsys)
-    assert finding["recording"] is None
-    assert finding["lacks"] == "its run would have more than 1000000 steps of subsystems"
 
 
 def test_the_search_ends_after_so_many_steps(

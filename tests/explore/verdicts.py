@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
-from itertools import groupby
-from operator import attrgetter
 
 import numpy as np
 from specc_runtime.cycle import Executor
@@ -16,20 +13,11 @@ from specc.model import requirement as r
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.tools.explore.explorer import Exploration
-from specc.tools.explore.trace import ExploredTrace, Step
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN
 from tests.soundness.running import Script, ScriptedPlant, package
 from tests.soundness.values import NASTY
-
-
-def unrolled(way: ExploredTrace) -> Iterator[Step]:
-    """The steps of a trace, repeated ones as often as they are taken."""
-    for times, steps in groupby(way.steps, key=attrgetter("times")):
-        each = list(steps)
-        for _ in range(times):
-            yield from each
 
 
 def interpreted(system: System, seed: int, ticks: int) -> Run:
@@ -55,7 +43,7 @@ def belied(result: Result, there: Exploration, seeds: range, ticks: int) -> tupl
         said += 1
         for run in runs:
             ran = {name: iter(steps) for name, steps in run.steps.items()}
-            for step in unrolled(finding.trace):
+            for step in finding.trace.steps:
                 took = next(ran[step.walker.name], None)
                 if took and (took.state, took.transition) != (
                     step.transition.target,

@@ -127,10 +127,14 @@ def test_wheel_carries_every_file_of(folder: str, installed: Path) -> None:
     assert tracked == {path.relative_to(target) for path in target.rglob("*") if path.is_file()}
 
 
-def test_wheel_carries_the_files_of_the_page(installed: Path) -> None:
-    source, target = (root / "specc/tools/page/static" for root in (ROOT, installed))
+@pytest.mark.parametrize(
+    ("tool", "files"),
+    [("page", {"index.html", "app.js"}), ("report", {"report.html", "report.js"})],
+)
+def test_wheel_carries_the_files_of_the_page(tool: str, files: set[str], installed: Path) -> None:
+    source, target = (root / "specc/tools" / tool / "static" for root in (ROOT, installed))
     tracked = {path.relative_to(source) for path in tracked_files() if source in path.parents}
-    assert {Path("index.html"), Path("app.js")} <= tracked
+    assert set(map(Path, files)) <= tracked
     assert tracked == {path.relative_to(target) for path in target.rglob("*") if path.is_file()}
 
 

@@ -13,6 +13,7 @@ GOES_ON = {
     "cli/view.py": "a page goes on with what can be read of a recording, and says what cannot",
     "tools/page/recorded.py": "what a message of a stranger does not say is left out",
     "tools/page/raw.py": "what a message of a stranger does not say is left out",
+    "cli/report.py": "a report of many runs goes on without one that cannot be read, and says so",
     "cli/recordings.py": "a recorded specification that cannot be run is told with its reason",
 }
 

@@ -125,6 +125,14 @@ def test_operators_are_not_called_without_the_own_specification(tmp_path: Path) 
     ]
 
 
+def test_files_that_a_specification_names_need_not_be_there(tmp_path: Path) -> None:
+    """They are not opened, so what is shown does not depend on the folder."""
+    text = CELL.replace("system: cell\n", "system: cell\nfiles: {m: gone.xml}\n")
+    assert text != CELL
+    hello = opened(forged_run(tmp_path / "run.mcap", {"cell.yaml": text}, STEPS)).hello()
+    assert hello["notice"] == [] and hello["signals"]
+
+
 def test_names_with_markup_are_texts_of_json(tmp_path: Path) -> None:
     """In HTML nothing is rendered of them: the page sets texts only."""
     steps = {MARKUP: [{"state": MARKUP.replace("\x1b", "")}, {"before": "a", "state": "b"}]}

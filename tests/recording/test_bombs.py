@@ -37,6 +37,7 @@ COMMANDS = [
     ["recover", "bomb.mcap", "--out", "out.mcap"],
     ["why", "bomb.mcap@0.4", "--spec", "talk.yaml"],
     ["why", "bomb.mcap@0", "talker.c", "--spec", "talk.yaml"],
+    ["coverage", "bomb.mcap"],
     ["plot", "bomb.mcap"],
     ["plot", "bomb.mcap", "talker.c", "--csv"],
     ["run", "talk.yaml", "--duration", "0.5", "--from", "bomb.mcap@0.4"],

@@ -3,9 +3,9 @@
 Made in one pass over the file, in which steps are skimmed and nothing is decoded. Then the last
 messages until a time are found by unpacking the chunks that they are in.
 
-Memory: 20 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, and
-each name once. Time for a moment: unpacking at most two chunks for a topic, mostly two or three in
-all, and decoding two messages for a machine.
+Memory: 20 bytes for each change of a machine, 8 for each chunk, 12 for each topic in a chunk, each
+name once, and the last few chunks unpacked. Time for a moment: unpacking at most two chunks for a
+topic, mostly two or three in all, and decoding two messages for a machine.
 """
 
 from __future__ import annotations
@@ -48,6 +48,8 @@ _OF_TOPIC, _OF_NAME, _OF_CHANGE, _OF_PLACE = 2000, 200, 24, 12
 """Bytes that are kept for a topic, a name, a change of a machine, and a topic in a chunk."""
 _LONGEST = 300
 """Characters that are kept of a name."""
+_MOST_CHUNKS, _SMALL_BYTES = 6, 4 << 20
+"""Chunks that are kept unpacked, the last ones, and their greatest size."""
 _MOST_FAULTS = 100
 _NO_ROW, _UNKNOWN = 0, 1
 """Numbers of rows: of a change without one, and of one that is not in the file."""
@@ -180,6 +182,9 @@ class Index:
         self._places = array("Q")
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, tuple[Topic, Changes | None] | None] = {}
+        self._last_chunks: dict[int, Mapping[str, list[tuple[float, bytes]]]] = {}
+        self.most_messages = 0
+        """Of a chunk."""
         self._file: IO[bytes] | None = None
         self._records = self.reading.placed()
         self._reported_s: float | None = None
@@ -262,7 +267,7 @@ class Index:
     def _skim(self, place: int, plain: bytes) -> None:
         """Note what is in a chunk, or in a record outside chunks. Raises Unusable."""
         budget, channels = self.reading.budget, self._channels
-        number, seen = len(self._places), set[int]()
+        number, seen, count = len(self._places), set[int](), 0
         self._places.append(place)
         for found in records_within(plain, budget):
             if not isinstance(found, Inside):
@@ -273,6 +278,7 @@ class Index:
             if (known := channels.get(channel)) is None:
                 continue
             topic, changes = known
+            count += 1
             time_s = log_ns / 1e9
             if channel not in seen:
                 seen.add(channel)
@@ -281,6 +287,7 @@ class Index:
                 topic.firsts_s.append(max(time_s, topic.firsts_s[-1] if topic.firsts_s else -inf))
             if changes is not None:
                 self._step(topic, changes, time_s, (plain, begin, end))
+        self.most_messages = max(self.most_messages, count)
 
     def _step(
         self, topic: Topic, changes: Changes, time_s: float, text: tuple[bytes, int, int]
@@ -342,22 +349,43 @@ class Index:
     def _within(
         self, chunk: int, names: Collection[str], budget: Budget
     ) -> Iterator[tuple[str, float, bytes]]:
-        """The messages of topics in a chunk: topic, time in s, text."""
-        wanted = {
-            number: known[0].name
-            for number, known in self._channels.items()
-            if known is not None and known[0].name in names
-        }
+        """The messages of topics in a chunk: topic, time in s, text; topic after topic."""
+        inside = self._last_chunks.get(chunk)
+        if inside is None:
+            inside = self._by_topic(chunk, names, budget)
+        for name, found in inside.items():
+            if name in names:
+                yield from ((name, at_s, text) for at_s, text in found)
+
+    def _by_topic(
+        self, chunk: int, names: Collection[str], budget: Budget
+    ) -> Mapping[str, list[tuple[float, bytes]]]:
+        """Times and texts in a chunk, at least of these topics.
+
+        Of a small one all are kept: most moments that are asked for are near the one before.
+        """
         try:
             plain = self._content(self._places[chunk], budget)
         except Unusable:
             raise
         except Exception as error:  # the file was another one when it was indexed
             raise Unusable(f"{self.path} has changed since it was opened") from error
+        is_small = len(plain) <= _SMALL_BYTES
+        wanted = {
+            number: known[0].name
+            for number, known in self._channels.items()
+            if known is not None and (is_small or known[0].name in names)
+        }
+        inside = defaultdict[str, list[tuple[float, bytes]]](list)
         for found in records_within(plain, budget):
             if isinstance(found, Inside) and found.channel in wanted:
                 text = plain[found.begin : found.end]
-                yield wanted[found.channel], found.log_ns / 1e9, text
+                inside[wanted[found.channel]].append((found.log_ns / 1e9, text))
+        if is_small:
+            while len(self._last_chunks) >= _MOST_CHUNKS:
+                del self._last_chunks[next(iter(self._last_chunks))]
+            self._last_chunks[chunk] = inside
+        return inside
 
     def _content(self, place: int, budget: Budget) -> bytes:
         assert self._file is not None

@@ -239,7 +239,7 @@ def passage_of(
     """States, cause and row of a step, with the evaluated conditions and their values.
 
     Error conditions come first, then the terminal condition, up to the one that holds; then the
-    initial conditions of the rows, of which exactly one holds.
+    initial conditions of the rows, of which exactly one holds; rows that resume a mode share it.
     """
     cause, row_text = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
     conditions = {}
@@ -251,10 +251,9 @@ def passage_of(
             if cause == ending:
                 break
     if row >= 0:
-        rows = enumerate(table)
         conditions |= {
-            other.condition: index == row
-            for index, other in rows
+            other.condition: other.condition == table[row].condition
+            for other in table
             if (other.source, other.cause) == (before, cause)
         }
     return {

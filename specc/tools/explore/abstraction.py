@@ -16,7 +16,7 @@ from typing import Any
 
 from specc.analysis import Facts, Machine
 from specc.analysis.rates import base_tick
-from specc.analysis.reads import Dependences, texts
+from specc.analysis.reads import Dependences
 from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.fsm import State, mode_name
@@ -33,8 +33,9 @@ from specc.tools.explore.cone import (
     ConeState,
     named_definitions,
 )
-from specc.tools.explore.partial import KnownValues, may_fail, residual, static_values
-from specc.tools.explore.regions import BoundedUnknown, bounded_unknown
+from specc.tools.explore.cuts import number_domains
+from specc.tools.explore.partial import may_fail, static_values
+from specc.tools.explore.regions import BoundedUnknown, NumberDomain, bounded_unknown
 
 
 def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
@@ -146,11 +147,9 @@ class Abstraction:
         self.copies_by_slice: dict[tuple[str, ...], list[Any]] = {}
         """The copies of agents in each slice that was examined (`symmetry`)."""
         self._track_conditions()
-        required = list(requirements)
-        for reading in (each for requirement in required for each in requirement.readings):
+        self._requirements = tuple(requirements)
+        for reading in (each for required in self._requirements for each in required.readings):
             self._track_reading(reading)
-        atoms = [atom for requirement in required for atom in r.expressions_in(requirement.formula)]
-        self._atoms = tuple(atoms)
 
     @cached_property
     def tick_s(self) -> Fraction:
@@ -158,20 +157,9 @@ class Abstraction:
         return base_tick(1 / each.rate_hz for each in self.facts.system.subsystems)
 
     @cached_property
-    def cuts(self) -> frozenset[float]:
-        """The numbers in comparisons, which bound the regions."""
-        return frozenset(self._find_cuts())
-
-    def _find_cuts(self) -> Iterator[float]:
-        system = self.facts.system
-        known = KnownValues({}, {}, Fraction(1))
-        for item in system.constants:
-            constants = {**known.constants, item.name: residual(item.value, known)}
-            known = KnownValues({}, constants, known.period_s)
-        yield from _compared_numbers(self._atoms, known)
-        for machine in self.machines.values():
-            exprs = (text.expr for text in texts(machine.subsystem))
-            yield from _compared_numbers(exprs, static_values(machine.subsystem, system))
+    def domains(self) -> dict[str, NumberDomain]:
+        """The domains of all numbers in memory and outputs, by target."""
+        return number_domains(self.facts, self._requirements)
 
     def _find_noise(self) -> set[tuple[str, InputName]]:
         found: set[tuple[str, InputName]] = set()
@@ -377,11 +365,3 @@ class Abstraction:
 def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:
     """The machines by name: the order in the file does not choose among equally easy traces."""
     return tuple(sorted(names))
-
-
-def _compared_numbers(exprs: Iterable[m.Expr], known: KnownValues) -> Iterator[float]:
-    for node in (node for expr in exprs for node in m.walk(expr)):
-        for side in (node.left, node.right) if isinstance(node, m.Compare) else ():
-            value = residual(side, known)
-            if isinstance(value, m.Number):
-                yield value.value

@@ -75,8 +75,7 @@ class Edge(NamedTuple):
     `overwritten` are values that were overwritten before their reader saw them. `violated` are
     requirements, by index. `permutation` is the one that put copies in order: for each machine
     its index before; empty if they were in order. `ends_run`: a machine failed, and its outputs are
-    due, so the run ends. If there is a `loop` of edges, it is taken so many `times`, with values
-    that change by constants; `transitions` are then all of its first time.
+    due, so the run ends.
     """
 
     target: int
@@ -86,8 +85,6 @@ class Edge(NamedTuple):
     violated: tuple[int, ...] = ()
     permutation: Permutation = ()
     ends_run: bool = False
-    loop: tuple[Edge, ...] = ()
-    times: int = 1
 
 
 class _Result(NamedTuple):
@@ -120,16 +117,27 @@ class Composition:
         If `symmetric`, copies of an agent are put into one order, unless there are requirements.
         If `only_forced`, there is only one trace, on which nothing happens that can be avoided.
         """
-        self.values = ValueTable(precision.max_values, abstraction.cuts)
+        self.values = ValueTable(precision.max_values, abstraction.domains)
         self.names = names
         self.precision = precision
         self._only_forced = only_forced
         self.walkers = tuple(
-            Walker(cone, machine.subsystem, self.values, exact=precision.counts_time)
+            Walker(
+                cone,
+                machine.subsystem,
+                self.values,
+                exact=precision.counts_time,
+                observed={
+                    x.element[0]
+                    for each in (*requirements, *probes, *contracts)
+                    for x in each.readings
+                    if x.kind == "memory" and x.subsystem == name
+                },
+            )
             for name in names
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
-        of_kinds = symmetric and not requirements and len(names) > 1
+        of_kinds = symmetric and not (requirements or probes) and len(names) > 1
         self.copies = copies_in(names, abstraction) if of_kinds else []
         self._link_cache: dict[
             tuple[int, int, MachineConfiguration], tuple[tuple[int, ...], ...]
@@ -156,7 +164,7 @@ class Composition:
         system, whole_s = abstraction.facts.system, abstraction.tick_s
         self.durations = [int(ticks * self.tick_s / whole_s) for ticks in self._ticks_until_due]
         self.tracker: RequirementTracker | None = None
-        if requirements:
+        if requirements or probes:
             watches = contract_watches(contracts, requirements, abstraction, self.walkers, whole_s)
             self.tracker = RequirementTracker(
                 requirements,
@@ -200,6 +208,10 @@ class Composition:
                 found[self.names.index(sent[0]), sent[1]] = reader, slot
         return found
 
+    def receiver(self, sender: int, output: InputName) -> tuple[int, int] | None:
+        """The machine that tracks an output as its input, and the slot of its buffer."""
+        return self._receivers.get((sender, output))
+
     def _due(self, phase: int) -> tuple[int, ...]:
         return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
 
@@ -207,12 +219,9 @@ class Composition:
         """The base ticks of the slice until a machine is due again."""
         return min((phase // ticks + 1) * ticks for ticks in self.ticks) - phase
 
-    def elapsed_ticks(self, phase: int, edge: Edge) -> int:
-        """The base ticks of the slice that an edge from a phase takes."""
-        passed = 0
-        for _ in edge.loop or (edge,):
-            passed += self._ticks_until_due[(phase + passed) % self.hyperperiod]
-        return edge.times * passed
+    def elapsed_ticks(self, phase: int) -> int:
+        """The base ticks of the slice until a machine is due again after a phase."""
+        return self._ticks_until_due[phase]
 
     def state_names(self, configuration: Configuration) -> tuple[str, ...]:
         """The states of all machines."""
@@ -318,8 +327,9 @@ class Composition:
         """A machine after each outcome of a step, its buffers read."""
         if number not in self._step_cache[index]:
             part: MachineConfiguration = self._part_numbers[index].by_number[number]
-            seen, found = tuple([n & ~1 for n in part.buffers]), []
-            for local, move, ends in self.walkers[index].successors(part.state, part.buffers):
+            walker, found = self.walkers[index], list[_Result]()
+            for local, move, ends in walker.successors(part.state, part.buffers):
+                seen = walker.after_reading(local, part.buffers)
                 after = MachineConfiguration(local, seen, move.sent)
                 found.append(_Result(after, self._part_numbers[index][after], (index, move), ends))
             self._step_cache[index][number] = tuple(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Literal
 
 from specc.analysis import Facts
@@ -14,9 +15,12 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
+from specc.tools.explore.plain_graphs import Formulas, SliceGraphs, judge_responses
 from specc.tools.explore.refine import finest_complete, not_refuted, refine
+from specc.tools.explore.support import with_contracts
 from specc.tools.explore.symmetry import group_equal_slices
 from specc.tools.explore.verdicts import (
+    Judgement,
     RequirementSlice,
     RequirementVerdict,
     judge,
@@ -24,7 +28,7 @@ from specc.tools.explore.verdicts import (
     undecided_verdict,
 )
 
-REQUIREMENT_SHARE = 16
+REQUIREMENT_SHARE = 4
 """Each pass for a requirement has one part in so many of the budget, however many there are.
 
 So the verdict on one does not depend on the others.
@@ -105,6 +109,8 @@ class Exploration:
     not_begun: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
+    reached_rows: set[tuple[str, int]] = field(default_factory=set)
+    """The rows that some way takes, by machine and index in its table."""
 
     @property
     def status(self) -> str:
@@ -149,6 +155,7 @@ def explore(facts: Facts, budget: int) -> Exploration:
 def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
+    graphs = list[SliceGraphs]()
     found: FindingsById = {}
     verdicts: dict[tuple[str, int], set[AssumptionVerdict]] = {}
     slices, required = (
@@ -161,9 +168,12 @@ def _explore(facts: Facts, budget: int) -> Exploration:
             continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) - index)
-        explored, graph, found_here = _explore_slice(names, abstraction, facts, share)
+        explored, graph, found_here, all_graphs = _explore_slice(names, abstraction, facts, share)
+        graphs.append(SliceGraphs(all_graphs, abstraction, share))
         for finding in found_here.values():
             add_best(found, finding)
+        for name, row in _reached_rows(graph):
+            result.reached_rows.update((same[name], row) for same in ({name: name}, *others))
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(explored, equal_machines=alike))
         result.broken_off = graph.broken_off
@@ -183,15 +193,19 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     groups = [*(each.names for each in result.slices), *result.not_begun]
     groups += [each.equal_machines for each in result.slices]
     inside = {name for names in groups for name in names}
-    _explore_requirements(result, required, facts, budget)
+    _explore_requirements(result, required, graphs, facts, budget)
     result.without_decisions = tuple(name for name in abstraction.machines if name not in inside)
     return result
 
 
 def _explore_requirements(
-    result: Exploration, required: Sequence[RequirementSlice], facts: Facts, budget: int
+    result: Exploration,
+    required: Sequence[RequirementSlice],
+    graphs: Sequence[SliceGraphs],
+    facts: Facts,
+    budget: int,
 ) -> None:
-    """Explore the requirements, each alone."""
+    """Prove the requirements on the graphs of slices, and explore the others, each alone."""
     verdicts: dict[int, RequirementVerdict] = {}
     for subject in required:
         key = id(subject.requirement)
@@ -199,23 +213,35 @@ def _explore_requirements(
         if result.broken_off:
             continue
         try:
-            verdict, found, graphs = judge(subject, budget // REQUIREMENT_SHARE)
+            proofs = (each.proof(subject.requirement) for each in graphs)
+            if proof := next(filter(None, proofs), None):
+                verdicts[key] = proof
+                continue
+            judgement = _judge(subject, budget // REQUIREMENT_SHARE)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
-        result.broken_off = next((g.broken_off for g in graphs if g.broken_off), "")
-        verdicts[key] = verdict
-        result.findings += found
+        graphs_here = judgement.graphs
+        result.broken_off = next((g.broken_off for g in graphs_here if g.broken_off), "")
+        verdicts[key] = judgement.verdict
+        result.findings += judgement.findings
     result.requirements = [
         verdicts.get(id(requirement)) or undecided_verdict(requirement)
         for requirement in facts.system.requirements
     ]
 
 
+def _judge(subject: RequirementSlice, budget: int) -> Judgement:
+    """Judge a requirement without a monitor if its shape allows that, then given contracts."""
+    formulas = Formulas.of(subject.requirement)
+    found = judge_responses(subject, formulas, budget) if formulas else None
+    return with_contracts(found or judge(subject, budget), subject, budget)
+
+
 def _explore_slice(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
-) -> tuple[SliceResult, Graph, FindingsById]:
-    """Explore a slice: its summary, its most exact complete graph, and the findings."""
+) -> tuple[SliceResult, Graph, FindingsById, list[Graph]]:
+    """Explore a slice: its summary, its most exact complete graph, the findings, and all graphs."""
     steps = refine(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
         lambda graph: _findings_or_none(graph, abstraction, facts),
@@ -226,7 +252,26 @@ def _explore_slice(
         about: replace(finding, is_confirmed=exactly or finding.trace.is_decided)
         for about, (finding, exactly) in not_refuted(steps).items()
     }
-    return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
+    return (
+        _summary(graph, sum(not each.is_confirmed for each in found.values())),
+        graph,
+        found,
+        [g for g, _ in steps],
+    )
+
+
+def _reached_rows(graph: Graph) -> set[tuple[str, int]]:
+    """The rows that some way takes, by machine and index; what a copy takes all of them can."""
+    names, found = graph.composition.names, set[tuple[int, int]]()
+    for edge in chain.from_iterable(graph.edges):
+        found.update((machine, move.row) for machine, move in edge.transitions if move.row >= 0)
+    alike = {
+        machine: same
+        for copies in graph.composition.copies
+        for same in zip(*copies.machines, strict=True)
+        for machine in same
+    }
+    return {(names[n], row) for machine, row in found for n in alike.get(machine, (machine,))}
 
 
 def _findings_or_none(graph: Graph, abstraction: Abstraction, facts: Facts) -> FindingsById:

@@ -9,16 +9,16 @@ never. A machine that is stuck although nothing was lost has the simpler explana
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from fractions import Fraction
 from functools import cached_property, reduce
 from heapq import heappop, heappush
 from mmap import mmap
 from typing import Literal, NamedTuple
 
-from specc.tools.explore.acceleration import MAX_LOOP, MIN_PATH, accelerate
 from specc.tools.explore.composition import Composition, Configuration, Edge
+from specc.tools.explore.regions import Region
 from specc.tools.explore.symmetry import Permutation, composed
+from specc.tools.explore.transitions import FAILED
 
 PathEdge = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
@@ -66,8 +66,6 @@ class Graph:
         self._initial_edge = initial
         self._numbers = {first: 0}
         self._ticks = [0]
-        self._unbranched: list[tuple[int, int]] = [(0, 0)]
-        """How many edges lead here without a branch, and from where the last of them."""
         try:
             with _reserve_memory():
                 self._explore(budget)
@@ -78,6 +76,12 @@ class Graph:
     def is_complete(self) -> bool:
         """Whether the edges of every configuration were followed."""
         return len(self.edges) == len(self.configurations)
+
+    @property
+    def may_fail(self) -> bool:
+        """Whether some step ends a run, the first one included."""
+        first = self.composition.machine_states(self.configurations[0])
+        return bool(self.faults) or any(state.clock == FAILED for state in first)
 
     @property
     def is_counted(self) -> bool:
@@ -97,58 +101,45 @@ class Graph:
         while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
-            for successor, edge in self._successors(here):
+            for successor, edge in self.composition.successors(self.configurations[here]):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
                 self.steps += len(edge.transitions)
-                out.append(Edge(self._number_of(successor, here, edge), *edge[1:]))
+                out.append(Edge(self._number_of(successor, here), *edge[1:]))
                 if edge.ends_run:
                     self.faults.append((here, out[-1]))
                 if edge.violated:  # kept even if not all edges from here are followed
                     self._violations.append((here, out[-1]))
                     self.violated.update(edge.violated)
             self.edges.append(out)
-            new = len(self.configurations) - 1
-            if len(out) == 1 and out[0].target == new and self._unbranched[new] == (0, 0):
-                is_step = not (out[0].ends_run or out[0].loop)
-                self._unbranched[new] = (
-                    (self._unbranched[here][0] + 1, here) if is_step else (0, here)
-                )
-
-    def _successors(self, here: int) -> Iterable[tuple[Configuration, Edge]]:
-        """The edges from a configuration; where steps repeat, one edge to the last of them."""
-        count, _ = self._unbranched[here]
-        tracker = self.composition.tracker
-        if tracker is not None and not tracker.is_plain:
-            return self.composition.successors(self.configurations[here])
-        if count >= MIN_PATH and not count & (count - 1):
-            path = [here]
-            while len(path) <= min(count, 2 * MAX_LOOP):
-                path.append(self._unbranched[path[-1]][1])
-            path.reverse()
-            edges = [self.edges[number][0] for number in path[:-1]]
-            successor = [self.configurations[number] for number in path]
-            if found := accelerate(self.composition, successor, edges):
-                return [found]
-        return self.composition.successors(self.configurations[here])
 
     def continuing_edges(self, number: int) -> list[Edge]:
         """The edges from a configuration that no fault ends."""
         return [edge for edge in self.edges[number] if not edge.ends_run]
 
-    def elapsed_ticks(self, here: int, edge: Edge) -> int:
+    def elapsed_ticks(self, here: int) -> int:
         """The base ticks of the slice that an edge from a configuration takes."""
-        return self.composition.elapsed_ticks(self.configurations[here].phase, edge)
+        return self.composition.elapsed_ticks(self.configurations[here].phase)
 
-    def _number_of(self, successor: Configuration, here: int, edge: Edge) -> int:
+    def _number_of(self, successor: Configuration, here: int) -> int:
         number = self._numbers.get(successor)
         if number is None:
             number = self._numbers[successor] = len(self.configurations)
             self.configurations.append(successor)
-            self._ticks.append(self._ticks[here] + self.elapsed_ticks(here, edge))
-            self._unbranched.append((0, 0))
+            self._ticks.append(self._ticks[here] + self.elapsed_ticks(here))
         return number
+
+    def region(self, number: int, counter: tuple[int, str]) -> Region | None:
+        """The region of a number in the memory of a machine, by index, in a configuration.
+
+        None if copies may change places, so that the machine is another one after an edge.
+        """
+        index, name = counter
+        walker = self.composition.walkers[index]
+        state = self.composition.machine_states(self.configurations[number])[index]
+        value = walker.values.value(state.memory[walker.memory_slots[name]])
+        return value if isinstance(value, Region) and not self.composition.copies else None
 
     # The easiest paths.
 
@@ -217,7 +208,7 @@ def extended_cost(cost: Cost, edge: Edge) -> Cost:
     lost += len(edge.overwritten) + sum(len(move.lost) for _, move in edge.transitions)
     return (
         choices + avoidable,
-        steps + max(1, len(edge.loop)) * edge.times,
+        steps + 1,
         late + avoidable * steps,
         lost,
     )

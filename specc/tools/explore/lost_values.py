@@ -182,15 +182,6 @@ class _SentOnce:
                 any_counts = value is None or not all(is_known(known(x)) for x in (value, sent))
                 if any_counts or sent == value:
                     yield number, n
-        repeated = (
-            (number, e) for number, out in enumerate(self.graph.edges) for e in out if e.loop
-        )
-        for number, edge in repeated:  # with values of which not all are in configurations
-            for n, wire in enumerate(self.connections):
-                if any(
-                    i == wire.sender and wire.output in dict(x.sent) for i, x in edge.transitions
-                ):
-                    yield number, n
 
     def _reaching(
         self, ends: Iterable[_Node], follows: Callable[[Edge, _Connection, _Node], bool]

@@ -17,8 +17,6 @@ from specc.model.expr import Expr
 
 TruthValue = bool | None
 """None is unknown."""
-UNBOUNDED = 2**62
-"""Ticks that no run has."""
 MAX_PENDING = 64
 """The most pending operands of a conjunction; with more, their truth is unknown."""
 
@@ -145,10 +143,9 @@ class Monitor:
             ticks -= passed
         return state, verdicts
 
-    def ticks_until_change(self, state: MonitorState, atoms: tuple[TruthValue, ...]) -> int:
-        """How many ticks with constant conditions move only deadlines and ages."""
-        after, _ = self.step(state, atoms, 1)
-        return 1 + self._skip_ticks(state, after, UNBOUNDED)[1]
+    def holds_now(self, atoms: tuple[TruthValue, ...]) -> TruthValue:
+        """Whether a formula about single ticks holds where its conditions are so."""
+        return _truth_now(self._formula, dict(zip(self._atom_indexes, atoms, strict=True)))
 
     # While conditions are constant, most ticks only move deadlines and ages by one.
 

@@ -15,7 +15,7 @@ from typing import Any, Final, TypeGuard
 
 from specc.analysis.suspicious_expressions import evaluated_parts, failure
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.evaluate import Environment, evaluate, operation_of, range_of
+from specc.lang.evaluate import Environment, evaluate, range_of
 from specc.lang.kinds import kind
 from specc.lang.ranges import Range
 from specc.lang.values import SIGNS
@@ -31,14 +31,15 @@ from specc.model.types import (
 )
 from specc.proof import InputName
 from specc.proof.clock import TurningPoints
-from specc.tools.explore.progressions import MAX_EXACT, Progression, progression_of
 from specc.tools.explore.regions import BoundedUnknown, Region, is_number, value_leaves
 
 MAX_FLOAT = float_info.max
+MAX_EXACT = 2**53
+"""Up to it integers equal floats; beyond it, integers and reals differ."""
 SOME: Final = "some"
 """An unknown value that is present (not None)."""
-AbstractValue = m.Expr | Region | BoundedUnknown | Progression | str
-"""A literal, a region or progression of numbers, bounds of an unknown one, or SOME."""
+AbstractValue = m.Expr | Region | BoundedUnknown | str
+"""A literal, a region of numbers, bounds of an unknown one, or SOME."""
 
 
 @dataclass(eq=False, slots=True)
@@ -56,8 +57,6 @@ class KnownValues:
     """Periods since the state was entered; only expressions in `turns` depend on it."""
     turns: dict[int, tuple[m.Expr, TurningPoints]] = field(default_factory=dict)
     """The periods at which an expression that time alone decides turns, by its identity."""
-    times: int = 0
-    """How many values of each progression the residuals have to hold for."""
     _residuals: dict[str | int, m.Expr] = field(default_factory=dict)
     """The residuals of lets, by name, and of conditions, by identity."""
 
@@ -74,39 +73,10 @@ class KnownValues:
             self._residuals[key] = residual(condition, self)
         return self._residuals[key]
 
-    def progression_of(self, expr: m.Expr) -> Progression | None:
-        """The progression that an expression follows, if any."""
-
-        def leaf(part: m.Expr) -> Progression | None:
-            value = self.value_of(part)
-            return value if isinstance(value, Progression) else None
-
-        return progression_of(expr, leaf, self.times) if self.times else None
-
     def range_of(self, expr: m.Expr) -> Range | None:
-        """The known region of an input or of memory, or the range of a progression, if any."""
+        """The known region of an input or of memory, if any."""
         value = self.value_of(expr)
-        if isinstance(value, (Region, BoundedUnknown)):
-            return value.low, value.high
-        if self.times and isinstance(expr, m.Compare):  # two progressions may never meet
-            return self._comparison_range(expr)
-        line = self.progression_of(expr)
-        return (
-            None if line is None else line.range_over(self.times, whole=isinstance(expr.type, Int))
-        )
-
-    def _comparison_range(self, expr: m.Compare) -> Range | None:
-        left, right = self.progression_of(expr.left), self.progression_of(expr.right)
-        operation = operation_of(expr)
-        if left is None or right is None or operation is None:
-            return None
-        apart = Progression(left.base - right.base, left.step - right.step)
-        return operation(apart.range_over(self.times), (0, 0))
-
-    def reads_progression(self, expr: m.Expr) -> bool:
-        """Whether it reads an input or memory that is a progression."""
-        leaf = value_leaves(expr) if self.times else ()
-        return any(isinstance(self.value_of(each), Progression) for each in leaf)
+        return (value.low, value.high) if isinstance(value, (Region, BoundedUnknown)) else None
 
     def reads_region(self, expr: m.Expr) -> bool:
         """Whether it reads an input or memory of which only the region is known."""
@@ -145,7 +115,7 @@ def is_literal(expr: m.Expr) -> bool:
 
 def is_known(value: AbstractValue | None) -> TypeGuard[m.Expr]:
     """Whether the value itself is known, not only its presence or region."""
-    return value is not None and not isinstance(value, (Region, BoundedUnknown, Progression, str))
+    return value is not None and not isinstance(value, (Region, BoundedUnknown, str))
 
 
 _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
@@ -257,9 +227,7 @@ def _clock(expr: m.Clock, known: KnownValues) -> m.Expr:
 def _fold_by_range(expr: m.Compare | m.Builtin, known: KnownValues) -> m.Expr:
     """The expression, or its value if ranges decide it."""
     value = _evaluated(m.map_children(expr, lambda part: residual(part, known)))
-    if isinstance(value, (m.Compare, m.Builtin)) and (
-        known.reads_range(value) or known.reads_progression(value) or m.is_live(value)
-    ):
+    if isinstance(value, (m.Compare, m.Builtin)) and (known.reads_range(value) or m.is_live(value)):
         least, greatest = range_of(value, known.range_of)
         if least == greatest and isinstance(value, m.Compare):
             return truth(bool(least))

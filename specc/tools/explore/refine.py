@@ -31,8 +31,12 @@ def refine(
     build: Callable[[Precision, int], Graph],
     look: Callable[[Graph], Mapping[Identity, Item]],
     budget: int,
+    is_decided: Callable[[Graph], bool] = lambda graph: not graph.composition.widened,
 ) -> Refinement[Identity, Item]:
-    """The graphs of one slice, each of at most about `budget` steps, until nothing is open."""
+    """The graphs of one slice, each of at most about `budget` steps, until nothing is open.
+
+    A complete graph without findings is the last one if it `is_decided` with it.
+    """
     results: Refinement[Identity, Item] = []
 
     def explore(precision: Precision, budget: int) -> Graph:
@@ -42,11 +46,12 @@ def refine(
 
     graph = explore(COARSEST, budget)
     found = results[-1][1]
-    is_open = found or not graph.is_complete or graph.composition.widened
+    if not found and graph.is_complete and is_decided(graph):
+        return results
     share = budget // (REALS_SHARE if graph.composition.values.has_reals else VALUES_SHARE)
     share = min(budget, max(share, MIN_STEPS))
     # Time that may pass in any way adds traces, which counting it removes.
-    if is_open and graph.composition.is_timed and not graph.broken_off:
+    if graph.composition.is_timed and not graph.broken_off:
         least = share if graph.is_complete else budget // TIME_SHARE
         steps = budget if found else least
         # Without a step it would be the first state again, and making machines takes time, too.

@@ -1,15 +1,14 @@
 """Interval abstraction: numbers with a known region between two constants.
 
 A counter has too many values to track each. Decisions depend on comparisons with constants, so all
-values between two neighbouring constants form one region.
+values between two neighbouring cuts form one region.
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from specc.lang.kinds import kind
@@ -48,37 +47,69 @@ def _element(type_: Type) -> Type:
     return type_.element if isinstance(type_, Vector) else type_
 
 
-class Regions:
-    """The number line, cut at some constants."""
+class Cut(NamedTuple):
+    """A place where the number line is cut: just below a value, or just above it."""
 
-    def __init__(self, cuts: Iterable[float]) -> None:
+    value: float
+    is_above: bool
+
+    def __neg__(self) -> Cut:
+        """The cut of the negative number."""
+        return Cut(-self.value, not self.is_above)
+
+    def neighbours(self, *, whole: bool) -> tuple[float, float]:
+        """The last number before the cut, and the first one after it; integers if `whole`."""
+        value = self.value
+        if math.isinf(value):
+            return value, value
+        if whole:
+            first = math.floor(value) + 1 if self.is_above else math.ceil(value)
+            return first - 1, first
+        if self.is_above:
+            return value, math.nextafter(value, math.inf)
+        return math.nextafter(value, -math.inf), value
+
+
+class Regions:
+    """The number line, cut at some places."""
+
+    def __init__(self, cuts: Iterable[Cut] = ()) -> None:
         self.cuts = sorted(set(cuts))
 
     def intersecting(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
         """The regions that intersect a range, of integers if `whole`."""
-        at = bisect_left(self.cuts, low)
-        before = self.cuts[at - 1] if at else -math.inf
-        for cut in (*self.cuts[at:], math.inf):
-            inside = _open_interval(before, cut, whole=whole)
-            if inside.low <= inside.high and max(low, inside.low) <= min(high, inside.high):
-                yield inside
-            if cut > high:
-                return
-            if low <= cut < math.inf and not (whole and cut != int(cut)):
-                yield Region(cut, cut)
-            before = cut
-
-    def is_within(self, number: float) -> bool:
-        """Whether a number lies between zero and one of the cuts."""
-        return min([0, *self.cuts[:1]]) <= number <= max([0, *self.cuts[-1:]])
+        begin = -math.inf
+        for cut in self.cuts:
+            last, first = cut.neighbours(whole=whole)
+            if max(low, begin) <= min(high, last):
+                yield Region(begin, last)
+            begin = first
+        if max(low, begin) <= high:
+            yield Region(begin, math.inf)
 
 
-def _open_interval(low: float, high: float, *, whole: bool) -> Region:
-    """The open interval between two numbers."""
-    if not whole:
-        return Region(math.nextafter(low, math.inf), math.nextafter(high, -math.inf))
-    least = low if math.isinf(low) else math.floor(low) + 1
-    return Region(least, high if math.isinf(high) else math.ceil(high) - 1)
+@dataclass(frozen=True, slots=True)
+class NumberDomain:
+    """The abstract values of one number: its regions, within its proven bounds.
+
+    If it `counts`, only its region is tracked, unless every value is wanted.
+    """
+
+    regions: Regions = field(default_factory=Regions)
+    low: float = -math.inf
+    high: float = math.inf
+    counts: bool = False
+
+    def regions_within(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
+        """The regions, within the proven bounds, that intersect a range."""
+        for region in self.regions.intersecting(low, high, whole=whole):
+            yield Region(max(region.low, self.low), min(region.high, self.high))
+
+    def is_decisive(self, number: float) -> bool:
+        """Whether a number lies between its proven bounds, zero and its cuts."""
+        ends = [0, *(cut.value for cut in self.regions.cuts), self.low, self.high]
+        finite = [end for end in ends if math.isfinite(end)]
+        return min(finite) <= number <= max(finite)
 
 
 def is_number(expr: m.Expr) -> bool:

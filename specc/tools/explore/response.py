@@ -8,7 +8,7 @@ The graph has every run and more, so it lacks no way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
@@ -20,6 +20,7 @@ from specc.reachable import grouped, reachable
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph, extended_cost
 from specc.tools.explore.monitor import TruthValue
+from specc.tools.explore.ranking import Moves, longest_stays
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,18 +32,19 @@ class Response:
     request: tuple[r.TemporalFormula, ...] = ()
 
     @property
-    def immediate(self) -> r.TemporalFormula:
-        """The formula "the answer holds at the tick of the request"."""
-        return r.BoolOp("or", (_negation(self.antecedent), self.answer))
-
-    @property
     def antecedent(self) -> r.TemporalFormula:
         """The request as one formula."""
         return r.BoolOp("and", self.request)
 
 
-def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[Response]:
-    """The responses that a formula, or its negation, requires, one for each conjunct."""
+def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[Response | None]:
+    """The responses that a formula, or its negation, requires, one for each conjunct.
+
+    A conjunct about single ticks is a response without a deadline; None is one of another shape.
+    """
+    if r.is_timeless(formula):
+        yield Response(formula if positive else _negation(formula), Fraction(0))
+        return
     match formula:
         case r.BoolOp(op="not", operands=(operand,)):
             yield from responses(operand, positive=not positive)
@@ -54,11 +56,14 @@ def responses(formula: r.TemporalFormula, *, positive: bool = True) -> Iterator[
             now = [
                 _negation(each) if positive else each for each in operands if r.is_timeless(each)
             ]
-            for part in responses(ahead[0], positive=positive) if len(ahead) == 1 else ():
-                yield replace(part, request=(*now, *part.request))
-        case r.Temporal(op="within" | "throughout" as op, operands=(operand,)):
-            if (op == "within") == positive and r.is_timeless(operand):
-                yield Response(operand if positive else _negation(operand), formula.span_s)
+            for part in responses(ahead[0], positive=positive) if len(ahead) == 1 else (None,):
+                yield part and replace(part, request=(*now, *part.request))
+        case r.Temporal(op="within" | "throughout" as op, operands=(operand,)) if (
+            op == "within"
+        ) == positive and r.is_timeless(operand):
+            yield Response(operand if positive else _negation(operand), formula.span_s)
+        case _:
+            yield None
 
 
 def _negation(formula: r.TemporalFormula) -> r.TemporalFormula:
@@ -131,7 +136,7 @@ class PendingAnswers:
     def _still_pending(self, place: PendingPlace) -> Iterator[tuple[PendingPlace, Edge]]:
         """Where the answer is still pending after a step; the request may be made anew."""
         for edge in self._continuing_edges(place[0]):
-            if self._answered[edge.target] is False and len(edge.loop) < 2:
+            if self._answered[edge.target] is False:
                 yield (edge.target, self._phase(edge.target)), edge
 
     def _continuing_edges(self, number: int) -> list[Edge]:
@@ -150,8 +155,8 @@ class PendingAnswers:
         requested = self._requested[target]
         if phase == "over" and requested is True:
             return  # what answers now answers the request that is made anew
-        if self._answered[target] is not False or len(edge.loop) > 1:
-            yield None  # within several repeated steps there may be one
+        if self._answered[target] is not False:
+            yield None
         elif phase == "ever":
             yield target, "ever"
         else:
@@ -160,6 +165,15 @@ class PendingAnswers:
             if requested is not True:
                 yield target, "over"
 
+    def _places_with_moves(self, here: PendingPlace) -> list[tuple[PendingPlace, Moves]]:
+        """The places after a step on which neither an answer nor a request comes."""
+        return [
+            (place, edge.transitions)
+            for edge in self._continuing_edges(here[0])
+            for place in self._places_after(here[1], edge)
+            if place
+        ]
+
     def _dead_places(self, places: Iterable[PendingPlace]) -> set[PendingPlace]:
         """The places from which no answer comes, although a run may last beyond the deadline."""
         known = reachable(places, lambda place: filter(None, self._next_places(place)))
@@ -167,33 +181,9 @@ class PendingAnswers:
         before = grouped(pairs)
         answered = reachable([None], lambda place: before.get(place, ()))
         closed = {place for place in known if place not in answered}
-        longest = self._longest_stays(closed, before)
-        return {place for place in closed if longest.get(place, inf) > self._deadline}
-
-    def _longest_stays(
-        self,
-        closed: set[PendingPlace],
-        before: Mapping[PendingPlace | None, Sequence[PendingPlace]],
-    ) -> dict[PendingPlace, int]:
-        """For how many ticks runs stay in these places; without those where they may for ever."""
-        remaining = {place: sum(1 for _ in self._next_places(place)) for place in closed}
-        found, waiting = (
-            dict[PendingPlace, int](),
-            [place for place, count in remaining.items() if not count],
+        stays = longest_stays(
+            closed,
+            self._places_with_moves,
+            lambda place: self._graph.elapsed_ticks(place[0]),
         )
-        while waiting:
-            place = waiting.pop()
-            number, phase = place
-            found[place] = max(
-                (
-                    self._graph.elapsed_ticks(number, edge)
-                    + max((found[p] for p in self._places_after(phase, edge) if p), default=0)
-                    for edge in self._continuing_edges(number)
-                ),
-                default=0,
-            )
-            for earlier in before.get(place, ()):
-                if earlier in closed:
-                    remaining[earlier] -= 1
-                    waiting += [] if remaining[earlier] else [earlier]
-        return found
+        return {place for place in closed if stays.get(place, inf) > self._deadline}

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.analysis import Facts
-from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import join_words
 from specc.lang.show import show
 from specc.model import expr as m
@@ -17,45 +16,41 @@ from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.cone import Cone, ConeEnding, ConeRow
 from specc.tools.explore.contracts import readers
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import Monitor, UnsupportedFormulaError
 from specc.tools.explore.partial import residual
 from specc.tools.explore.trace import ExploredTrace
+from specc.tools.explore.verdicts import Judgement, RequirementSlice, is_monitorable
 
 
-@dataclass(frozen=True, slots=True)
-class Support:
-    """The contracts that prove a requirement, or why those that would do so do not count."""
+def with_contracts(judgement: Judgement, subject: RequirementSlice, budget: int) -> Judgement:
+    """A judgement, with a proof for the runs that keep contracts of devices if there is no other.
 
-    names: tuple[str, ...] = ()
-    refusal: str = ""
-    graphs: tuple[Graph, ...] = ()
-
-
-NONE = Support()
-
-
-def prove_given(requirement: Requirement, facts: Facts, budget: int) -> Support:
-    """Prove a requirement for the runs that keep contracts of devices, as few as suffice.
-
-    A contract does not count if no device can keep it, or if the requirement follows whatever the
-    control subsystem of its agent does.
+    The contracts are as few as suffice. One does not count if no device can keep it, or if the
+    requirement follows whatever the control subsystem of its agent does.
     """
-    system = facts.system
-    contracts = [each for each in system.contracts if is_monitorable(each)]
-    if not contracts or not is_monitorable(requirement):
-        return NONE
-    refusal = ""
-    while contracts:
-        proof = _smallest_proof(requirement, contracts, facts, budget)
-        if proof is None:
-            break
+    verdict, facts = judgement.verdict, subject.abstraction.facts
+    if verdict.verdict in ("proved", "violated"):
+        return judgement
+    contracts, refusal = [each for each in facts.system.contracts if is_monitorable(each)], ""
+    while contracts and (proof := _smallest_proof(subject.requirement, contracts, facts, budget)):
         used, graph = proof
-        found = _refusal(requirement, used, graph, facts, budget)
+        found = _refusal(subject.requirement, used, graph, facts, budget)
         if not found:
-            return Support(tuple(each.name for each in used), graphs=(graph,))
+            proved = replace(
+                verdict,
+                verdict="proved",
+                finding=None,
+                why="",
+                is_incomplete=False,
+                is_dead_end=False,
+                given=tuple(each.name for each in used),
+            )
+            return Judgement(proved, (), (*judgement.graphs, graph))
         refusal = refusal or found
         contracts = [each for each in contracts if each not in used]
-    return Support(refusal=refusal)
+    missing = tuple[str, ...]()
+    if verdict.verdict == "open" and verdict.finding:
+        missing = missing_contracts(verdict.finding.trace, subject.abstraction)
+    return replace(judgement, verdict=replace(verdict, refusal=refusal, missing=missing))
 
 
 def _smallest_proof(
@@ -113,25 +108,14 @@ def _proof(
         composition = Composition(
             names, abstraction, precision, requirements=[requirement], contracts=contracts
         )
-        graph = Graph(composition, budget)
-        if _is_proved(graph):
+        graph, tracker = Graph(composition, budget), composition.tracker
+        if graph.broken_off:
+            raise MemoryError if graph.broken_off == "out of memory" else KeyboardInterrupt
+        if graph.is_complete and tracker is not None and tracker.proves(0):
             return graph
-        if graph.broken_off or not graph.composition.widened:
+        if not composition.widened:
             break
     return None
-
-
-def is_monitorable(requirement: Requirement) -> bool:
-    """Whether a monitor can evaluate it while machines are stepped."""
-    try:
-        return bool(Monitor(requirement, base_tick(())))
-    except UnsupportedFormulaError:
-        return False
-
-
-def _is_proved(graph: Graph) -> bool:
-    tracker = graph.composition.tracker
-    return graph.is_complete and tracker is not None and tracker.proves(0)
 
 
 # What contracts do not count for, and which ones are missing.

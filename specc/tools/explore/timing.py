@@ -14,7 +14,6 @@ from specc.proof.clock import Timer, TurningPoints
 from specc.proof.numbering import Numbering
 from specc.tools.explore.cone import Cone
 from specc.tools.explore.partial import AbstractValue, KnownValues, residual
-from specc.tools.explore.progressions import Progression
 
 MOST_COUNTED = 10_000
 """Periods up to which a comparison of time with tracked values is computed."""
@@ -124,23 +123,6 @@ class Clocks:
         # Compared with other values, more had passed: any of these numbers.
         return (*range(2 * passed, 2 * last, 2), 2 * last + 1)
 
-    def is_constant(
-        self, state: str, known: KnownValues, clock: int, step: int, times: int
-    ) -> bool:
-        """Whether no condition turns while the clock changes by `step`, up to its last value."""
-        if not self.counts_periods:
-            return not step
-        _, inputs, memory = self._compared[state]
-        values = (*map(known.inputs.get, inputs), *map(known.memory.get, memory))
-        if (
-            step < 0
-            or clock % 2 > (not step)
-            or any(isinstance(value, Progression) for value in values)
-        ):
-            return False
-        last = (clock + step * (times - 1)) // 2
-        return not any(clock // 2 < turn <= last for turn in self._turn_table(state, known).at)
-
     def turns_passed(self, state: str, clock: int, known: KnownValues) -> int:
         """How many times conditions have turned, which decides all that depends on the clock."""
         return (
@@ -174,10 +156,6 @@ class ModeTimer:
         after = bisect(self.turns, periods)
         first = self.turns[after - 1]
         return (first,) if first == periods else (first, *self.turns[after : after + 1])
-
-    def is_counted_over(self, periods: Progression, times: int) -> bool:
-        """Whether each of the first `times` numbers of periods stands for itself alone."""
-        return self.counts and periods.range_over(times)[1] <= self.turns[-1]
 
 
 def mode_timers(cone: Cone, static: KnownValues, *, counts: bool) -> dict[str, ModeTimer]:

@@ -6,8 +6,6 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import groupby
-from operator import attrgetter
 
 from specc.diagnostics import Related
 from specc.diagnostics.phrases import join_words
@@ -32,8 +30,6 @@ class Step:
     index: int
     walker: Walker
     transition: Transition
-    times: int = 1
-    """How often it is repeated, in turn with its neighbours of the same number."""
 
     @property
     def row(self) -> fsm.Transition | None:
@@ -69,8 +65,6 @@ class Step:
                 for (peer, name), member in self.transition.lost
             ]
             parts.append(f"does not look at {join_words(lost, 'and')}, which came")
-        if self.times > 1:
-            parts.append(f"{self.times} times in turn")
         return ", ".join(parts)
 
     def _value(self, number: int) -> str:
@@ -109,13 +103,9 @@ class ExploredTrace:
     def with_stamps(self) -> Iterator[tuple[Step, int]]:
         """The steps, each with its first time stamp."""
         stamps: Counter[int] = Counter()
-        for times, steps in groupby(self.steps, key=attrgetter("times")):
-            passed: Counter[int] = Counter()
-            for step in steps:
-                yield step, stamps[step.index] + passed[step.index]
-                passed[step.index] += 1
-            for index, count in passed.items():
-                stamps[index] += times * count
+        for step in self.steps:
+            yield step, stamps[step.index]
+            stamps[step.index] += 1
 
     def shown_steps(self) -> tuple[Related, ...]:
         """The steps to show: those that change a state or miss an input; of many the last ones."""
@@ -132,8 +122,7 @@ class ExploredTrace:
         ]
         shown = [Related(s.place, s.description()) for s in steps[-MAX_SHOWN:]]
         if len(steps) > MAX_SHOWN:
-            earlier = sum(step.times for step in steps[:-MAX_SHOWN])
-            words = f"after {earlier} earlier steps, {shown[0].message}"
+            words = f"after {len(steps) - MAX_SHOWN} earlier steps, {shown[0].message}"
             shown[0] = Related(shown[0].place, words)
         return tuple(shown)
 
@@ -146,13 +135,11 @@ def easiest_trace(graph: Graph, number: int, *last: Edge) -> ExploredTrace:
     steps = [Step(Fraction(0), i, walkers[i], move) for i, move in graph.initial_transitions]
     overwritten: list[tuple[int, InputName]] = []
     for here, edge in (*graph.easiest_path(number), *((number, edge) for edge in last)):
-        frame, begin = graph.frame(here), ticks
-        for each in edge.loop or (edge,):
-            ticks += composition.elapsed_ticks(ticks % composition.hyperperiod, each)
-            moves = (composition.real_transition(frame, *move) for move in each.transitions)
-            steps += (Step(ticks * tick_s, i, walkers[i], m, edge.times) for i, m in moves)
-            overwritten += composition.real_overwritten(frame, each)
-        ticks = begin + edge.times * (ticks - begin)
+        frame = graph.frame(here)
+        ticks += composition.elapsed_ticks(ticks % composition.hyperperiod)
+        moves = (composition.real_transition(frame, *move) for move in edge.transitions)
+        steps += (Step(ticks * tick_s, i, walkers[i], move) for i, move in moves)
+        overwritten += composition.real_overwritten(frame, edge)
     free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.transition.choices]
     return ExploredTrace(
         tuple(steps), tuple(overwritten), tuple(dict.fromkeys(free)), ticks * tick_s

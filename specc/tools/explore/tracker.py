@@ -100,6 +100,7 @@ class RequirementTracker:
             for x in self._readings
             if x.kind == "sent" and x.subsystem in self._index
         }
+        self.sent_readings = tuple(sent.values())
         self._slots = {key: slot for slot, key in enumerate(sent)}
         self._locations = [self._locate(reading) for reading in self._readings]
         self._slots_of_output: dict[tuple[int, InputName], list[int]] = {}
@@ -111,6 +112,7 @@ class RequirementTracker:
         self._state_numbers, self._obligation_numbers = Interner(), Interner()
         self._monitor_cache: dict[_Ticks, tuple[int, frozenset[TruthValue]]] = {}
         self._truth_cache: dict[tuple[object, ...], tuple[tuple[TruthValue, ...], ...]] = {}
+        self._holding_cache: dict[tuple[object, ...], tuple[TruthValue, ...]] = {}
         self._step_cache: dict[tuple[object, ...], tuple[int, tuple[int, ...]]] = {}
         self._observed = [
             _ObservedMachine(walker, [place for place in self._locations if place[0] == index])
@@ -162,41 +164,20 @@ class RequirementTracker:
         found: TrackerState = self._state_numbers.by_number[state_number]
         return found
 
-    def state_number_of(self, tracker_state: TrackerState) -> int:
-        """The number of obligations and seen values."""
-        return self._state_numbers.number(tracker_state)
+    def truths_now(
+        self, seen: Sequence[int], machine_states: Sequence[MachineState]
+    ) -> tuple[TruthValue, ...]:
+        """Whether each requirement about single ticks holds now.
 
-    def known_values(
-        self, state_number: int, machine_states: Sequence[MachineState]
-    ) -> KnownValues:
-        """The values of the readings in a configuration."""
-        seen = self.state(state_number).values
-        return self._known_values(self._reading_values(seen, machine_states))
-
-    def truth(
-        self, index: int, state_number: int, machine_states: Sequence[MachineState]
-    ) -> TruthValue:
-        """Whether a requirement about single ticks holds in a configuration."""
-        atoms = self._truths(self._reading_values(self.state(state_number).values, machine_states))[
-            index
-        ]
-        initial_number = self._obligation_numbers.number(self.monitors[index].initial_state)
-        (holds,) = self._step_monitor(index, initial_number, atoms, 1)[1]
-        return holds
-
-    def conditions(self, known: KnownValues) -> list[list[m.Expr]]:
-        """The conditions of each monitor, with known values filled in."""
-        return [[residual(atom, known) for atom in monitor.atoms] for monitor in self.monitors]
-
-    def ticks_until_change(self, index: int, state: int, atoms: Iterable[m.Expr]) -> int:
-        """For how many ticks such conditions only move deadlines and ages of a monitor."""
-        return self.monitors[index].ticks_until_change(
-            self._obligation_numbers.by_number[state], _truth_values(atoms)
-        )
-
-    def monitor_after(self, index: int, state: int, atoms: Iterable[m.Expr], ticks: int) -> int:
-        """The state of a monitor after so many ticks with such conditions."""
-        return self._step_monitor(index, state, _truth_values(atoms), ticks)[0]
+        `seen` are the numbers of the last visible values of the `sent_readings`.
+        """
+        now = self._reading_values(seen, machine_states)
+        if now not in self._holding_cache:
+            self._holding_cache[now] = tuple(
+                monitor.holds_now(atoms)
+                for monitor, atoms in zip(self.monitors, self._truths(now), strict=True)
+            )
+        return self._holding_cache[now]
 
     def after_ticks(
         self,
@@ -464,7 +445,7 @@ class RequirementTracker:
         return self._monitor_cache[key]
 
     def _reading_values(
-        self, seen: tuple[int, ...], machine_states: Sequence[MachineState]
+        self, seen: Sequence[int], machine_states: Sequence[MachineState]
     ) -> tuple[object, ...]:
         """The abstract values of readings: states, or numbers; None for those that have none.
 

@@ -30,7 +30,8 @@ class Transition(NamedTuple):
 
     `row` is an index, -1 for none. `choices` are the conditions that could have been false;
     `lost` are fresh inputs that were not read, or the member of an event without a reaction;
-    `broken` are assumptions that failed.
+    `broken` are assumptions that failed. `counts` are numbers in memory that get a new value in the
+    same region, each with the least amount by which it surely grows, or shrinks; 0 for neither.
     """
 
     source: str
@@ -40,6 +41,7 @@ class Transition(NamedTuple):
     choices: tuple[str, ...] = ()
     lost: tuple[tuple[InputName, str], ...] = ()
     broken: tuple[int, ...] = ()
+    counts: tuple[tuple[str, float], ...] = ()
 
 
 class Successor(NamedTuple):

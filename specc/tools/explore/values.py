@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from fractions import Fraction
+from collections.abc import Mapping
 from math import prod
 from typing import Any, TypeVar
 
@@ -15,12 +13,11 @@ from specc.tools.explore.partial import (
     SOME,
     AbstractValue,
     KnownValues,
-    is_known,
     is_larger_than,
     is_literal,
     is_some,
 )
-from specc.tools.explore.regions import Region, Regions, bounded_unknown, is_number
+from specc.tools.explore.regions import NumberDomain, Region, bounded_unknown, is_number
 
 MOST_VALUES = 32
 """The most tracked values of one element; of later ones only the region is known."""
@@ -31,6 +28,9 @@ MOST_OPTIONS, MOST_COMBINED = 16, 256
 
 MOST_RANGES = 4
 """The most ranges of unknown values of one output, since in a cycle they may grow for ever."""
+
+_ANY_NUMBER = NumberDomain()
+"""The domain of a number that nothing is compared with."""
 
 UNKNOWN, ABSENT, PRESENT = 0, 1, 2
 """Numbers of an unknown value, an absent one, and SOME; others stand for known values."""
@@ -56,10 +56,13 @@ class Interner(dict[Any, int]):
 class ValueTable:
     """Numbers of the tracked values, shared by all machines."""
 
-    def __init__(self, max_values: int | None, cuts: Iterable[float] = ()) -> None:
-        """At most `max_values` of each target are tracked; None: all between the `cuts`."""
+    def __init__(self, max_values: int | None, domains: Mapping[str, NumberDomain]) -> None:
+        """At most `max_values` of each target are tracked, and of one that counts none.
+
+        None: all between its cuts.
+        """
         self._max_values = max_values
-        self._regions = Regions(cuts)
+        self._domains = domains
         self._interner = Interner()
         for reserved in ("unknown", "absent", SOME):  # as `UNKNOWN`, `ABSENT`, `PRESENT`
             self._interner.number(reserved)
@@ -72,7 +75,7 @@ class ValueTable:
 
     def number_of(self, target: str, expr: m.Expr, known: KnownValues) -> int:
         """The number of the value that is assigned to a target, before any region is involved."""
-        (number, *_) = self.possible_numbers(target, expr, known)
+        (number,) = self.possible_numbers(target, expr, known, is_first=True)
         return number
 
     def number_of_literal(self, expr: m.Expr) -> int:
@@ -80,16 +83,24 @@ class ValueTable:
         return self._interner.number(expr)
 
     def possible_numbers(
-        self, target: str, expr: m.Expr, known: KnownValues, *, sent: Type | None = None
+        self,
+        target: str,
+        expr: m.Expr,
+        known: KnownValues,
+        *,
+        sent: Type | None = None,
+        is_first: bool = False,
     ) -> tuple[int, ...]:
         """The numbers of the values that may be assigned to a target.
+
+        What it gets at the start, where no region is known, is always tracked.
 
         An unknown value that is sent, with the type `sent`, keeps its bounds; those of memory hold
         at all times (`MemoryBounds`).
         """
         if is_literal(expr):
             number = self._interner.number(expr)
-            if self.track(target, number):
+            if is_first or self._is_tracked(target, number, expr):
                 return (number,)
             if isinstance(expr, m.Number):
                 return self._region_numbers(target, expr, expr.value, expr.value)
@@ -107,34 +118,21 @@ class ValueTable:
                 return (number,)
         return (PRESENT if is_some(expr, known) else UNKNOWN,)
 
-    def track(self, target: str, number: int) -> bool:
-        """Track a number of a target, if the bound allows; whether it does."""
-        seen, value = self._tracked.setdefault(target, set()), self.value(number)
-        if is_known(value) and number not in seen:
-            if self._exceeds_bound(seen, value):
-                return False
-            seen.add(number)
-        return True
-
-    def shifted(self, number: int, by: Fraction) -> int:
-        """The number of a value to which something is added, exactly."""
-        value = self.value(number)
-        if not by or not isinstance(value, m.Number):
-            return number
-        shifted = Fraction(value.value) + by
-        whole = isinstance(value.value, int)
-        return self._interner.number(
-            replace(value, value=int(shifted) if whole else float(shifted))
-        )
-
-    def _exceeds_bound(self, seen: set[int], expr: m.Expr) -> bool:
-        """Whether a value is beyond the bound on tracked values."""
-        if is_larger_than(expr, MOST_PARTS):
+    def _is_tracked(self, target: str, number: int, value: m.Expr) -> bool:
+        """Whether a value of a target is tracked, from now on if the bounds allow."""
+        seen = self._tracked.setdefault(target, set())
+        if number in seen:
             return True
-        if len(seen) < MOST_VALUES:
-            return False
-        is_among = not isinstance(expr, m.Number) or self._regions.is_within(expr.value)
-        return self._max_values is not None or not is_among
+        domain = self._domains.get(target, _ANY_NUMBER)
+        if self._max_values is not None:
+            allowed = not domain.counts and len(seen) < self._max_values
+        else:
+            is_decisive = not isinstance(value, m.Number) or domain.is_decisive(value.value)
+            allowed = is_decisive or len(seen) < MOST_VALUES
+        if allowed and not is_larger_than(value, MOST_PARTS):
+            seen.add(number)
+            return True
+        return False
 
     def _region_numbers(
         self, target: str, expr: m.Expr, low: float, high: float
@@ -142,7 +140,8 @@ class ValueTable:
         """The numbers of the regions of a range."""
         whole = isinstance(expr.type, Int)
         self.has_reals |= not whole
-        regions = list(self._regions.intersecting(low, high, whole=whole))
+        domain = self._domains.get(target, _ANY_NUMBER)
+        regions = list(domain.regions_within(low, high, whole=whole))
         if len(regions) > 1:
             self.widened.add(target)
         if len(regions) > MOST_OPTIONS:

@@ -6,17 +6,21 @@ changes its verdict.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.analysis import Facts
+from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import join_words
+from specc.model import expr as m
 from specc.model.requirement import (
     BoolOp,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
+    TickCondition,
     antecedent,
     horizon_s,
     is_timeless,
@@ -25,15 +29,8 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.findings import TracedFinding
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.monitor import TruthValue
-from specc.tools.explore.refine import Refinement, not_refuted, refine
-from specc.tools.explore.response import PendingAnswers, responses
-from specc.tools.explore.support import (
-    NONE,
-    is_monitorable,
-    missing_contracts,
-    prove_given,
-)
+from specc.tools.explore.monitor import Monitor, TruthValue, UnsupportedFormulaError
+from specc.tools.explore.refine import not_refuted, refine
 from specc.tools.explore.trace import ExploredTrace, easiest_trace
 from specc.tools.explore.tracker import RequirementTracker
 
@@ -41,6 +38,8 @@ RequirementStatus = Literal[
     "proved", "violated", "may be violated", "open", "not decided", "not explored"
 ]
 
+MEASURED = "reported", "observed"
+"""The kinds of readings that exploring never knows."""
 MOST_NAMED = 3
 """Measurements that a verdict names."""
 
@@ -99,8 +98,7 @@ class RequirementVerdict:
 
 def _unknown_values(requirement: Requirement) -> str:
     """The values of a requirement that exploring cannot know."""
-    measured = ("reported", "observed")
-    found = dict.fromkeys(f"`{x.name}`" for x in requirement.readings if x.kind in measured)
+    found = dict.fromkeys(f"`{x.name}`" for x in requirement.readings if x.kind in MEASURED)
     if not found:
         return "it is about values that are not known"
     named = [*found][:MOST_NAMED]
@@ -143,13 +141,78 @@ def undecided_verdict(requirement: Requirement) -> RequirementVerdict:
     return RequirementVerdict(requirement, "not decided", why="it looks ahead from the past")
 
 
-def judge(
-    subject: RequirementSlice, budget: int
-) -> tuple[RequirementVerdict, list[TracedFinding], list[Graph]]:
+def is_monitorable(requirement: Requirement) -> bool:
+    """Whether a monitor can evaluate it while machines are stepped."""
+    try:
+        return bool(Monitor(requirement, base_tick(())))
+    except UnsupportedFormulaError:
+        return False
+
+
+def possible_truths(requirement: Requirement) -> set[TruthValue]:
+    """The truth values that a formula may have, if measurements are never known."""
+    measured = {x.name for x in requirement.readings if x.kind in MEASURED}
+
+    def of_expr(expr: m.Expr) -> set[TruthValue]:
+        match expr:
+            case m.Unary(op="not", operand=operand):
+                return {None if truth is None else not truth for truth in of_expr(operand)}
+            case m.Logic(op=op, operands=operands):
+                return _junction(op, map(of_expr, operands))
+        names = {leaf.name for leaf in m.walk(expr) if isinstance(leaf, m.MemoryRef)}
+        return {True, False, None} if names.isdisjoint(measured) else {None}
+
+    def of(formula: TemporalFormula) -> set[TruthValue]:
+        match formula:
+            case TickCondition(that=that):
+                return of_expr(that)
+            case BoolOp(op="not", operands=(operand,)):
+                return {None if truth is None else not truth for truth in of(operand)}
+            case BoolOp(op="and" | "or" as op, operands=operands):
+                return _junction(op, map(of, operands))
+            case Stays():
+                return {True, False, None}
+        return set[TruthValue]().union(*map(of, formula.operands))
+
+    return of(requirement.formula)
+
+
+def _junction(op: str, parts: Iterable[set[TruthValue]]) -> set[TruthValue]:
+    """The truth values of a conjunction or a disjunction of independent parts."""
+    absorbing, each = op == "or", list(parts)
+    found: set[TruthValue] = {absorbing} if any(absorbing in part for part in each) else set()
+    others = [part - {absorbing} for part in each]
+    if all(others):
+        found |= {None} if any(None in part for part in others) else set()
+        found |= {not absorbing} if all(absorbing not in part for part in others) else set()
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
     """The verdict on a requirement, its findings, and the graphs."""
+
+    verdict: RequirementVerdict
+    findings: tuple[TracedFinding, ...]
+    graphs: Sequence[Graph]
+
+    @classmethod
+    def of(
+        cls, verdict: RequirementVerdict, graphs: Sequence[Graph], *, is_exact: bool
+    ) -> Judgement:
+        """A violation that rests on nothing measured is a finding."""
+        violation, findings = verdict.finding, list[TracedFinding]()
+        if violation is not None and verdict.verdict != "open":
+            is_confirmed = is_exact or violation.trace.is_decided
+            findings.append(replace(violation, is_confirmed=is_confirmed))
+        return cls(verdict, tuple(findings), graphs)
+
+
+def judge(subject: RequirementSlice, budget: int) -> Judgement:
+    """The judgement of a requirement by a monitor."""
     requirement, abstraction = subject.requirement, subject.abstraction
-    probe = _probe(requirement)
-    probes = () if probe is None else (probe,)
+    trigger = trigger_of(requirement)
+    probes = [replace(requirement, formula=BoolOp("not", (trigger,)))] if trigger else []
 
     def build(precision: Precision, budget: int, *, only_forced: bool = False) -> Graph:
         composition = Composition(
@@ -163,9 +226,12 @@ def judge(
         return Graph(composition, budget)
 
     def look(graph: Graph) -> dict[int, TracedFinding]:
-        return {index: _violation_finding(graph, requirement) for index in graph.violated}
+        if 0 not in graph.violated:
+            return {}
+        number, edges = graph.violation(0)
+        return {0: violation_finding(requirement, easiest_trace(graph, number, *edges))}
 
-    results = refine(build, look, budget)
+    results = refine(build, look, budget, lambda graph: _tracker(graph).proves(0))
     graphs = [graph for graph, _ in results]
     last = graphs[-1]
     if not (last.is_complete or last.broken_off):
@@ -173,90 +239,19 @@ def judge(
         one = build(Precision(counts_time=True), budget, only_forced=True)
         results.insert(0, (one, look(one)))
     violation, is_exact = not_refuted(results).get(0, (None, False))
-    verdict = _verdict(graphs, requirement, violation)
+    verdict, why = verdict_of(requirement, violation, graphs, is_proved=_is_proved(graphs, 0))
     is_asked = not (verdict == "proved" and probes and _is_proved(graphs, 1))
-    why = ""
     if verdict == "not decided":
-        why, violation = (
-            _undecidable_reason(violation) if violation else _absent_values(graphs),
-            None,
-        )
-    ends = _dead_ends(subject, budget // 2) if verdict == "open" else []
-    is_dead_end = bool(standing := not_refuted(ends))
-    if violation is not None and is_dead_end:
-        found, is_exact = standing[0]
-        # That nothing is asked anew rests on conditions, too.
-        choices = found.trace.choices or violation.trace.choices
-        violation, verdict = (
-            replace(found, trace=replace(found.trace, choices=choices)),
-            "may be violated",
-        )
-    support = prove_given(requirement, abstraction.facts, budget) if verdict in _OPEN else NONE
-    if support.names:
-        verdict, violation, is_dead_end, ends = "proved", None, False, []
-    missing: tuple[str, ...] = ()
-    if violation is not None and verdict == "open":
-        missing = missing_contracts(violation.trace, abstraction)
-    findings = []
-    if violation is not None and verdict != "open":
-        findings.append(replace(violation, is_confirmed=is_exact or violation.trace.is_decided))
-    result = RequirementVerdict(
+        violation = None
+    judged = RequirementVerdict(
         requirement,
         verdict,
         violation,
         why,
         is_triggered=is_asked,
         may_end_early=any(_tracker(graph).ends_early(0) for graph in graphs),
-        is_incomplete=bool(ends)
-        and not is_dead_end
-        and not any(graph.is_complete for graph, _ in ends),
-        is_dead_end=is_dead_end,
-        given=support.names,
-        refusal=support.refusal,
-        missing=missing,
     )
-    return result, findings, [*(graph for graph, _ in (*results, *ends)), *support.graphs]
-
-
-_OPEN: Collection[RequirementStatus] = ("may be violated", "open", "not decided", "not explored")
-
-
-def _dead_ends(subject: RequirementSlice, budget: int) -> Refinement[int, TracedFinding]:
-    """Graphs with the finding, as 0, on an answer that cannot come any more, if there is one."""
-    requirement, abstraction = subject.requirement, subject.abstraction
-    every = list(responses(requirement.formula))
-    at_once = [replace(requirement, formula=each.immediate, holds_always=True) for each in every]
-    probes = [
-        replace(at_once[0], formula=f) for each in every for f in (each.antecedent, each.answer)
-    ]
-
-    def build(precision: Precision, budget: int) -> Graph:
-        composition = Composition(
-            subject.names, abstraction, precision, requirements=at_once, probes=probes
-        )
-        return Graph(composition, budget)
-
-    def look(graph: Graph) -> dict[int, TracedFinding]:
-        for index, response in enumerate(every):
-            first = len(at_once) + 2 * index
-            requested, answered = (_truths(graph, place) for place in (first, first + 1))
-            begins = range(len(requested)) if requirement.holds_always else (0,)
-            starts = [n for n in begins if requested[n] is True and answered[n] is False]
-            if not requirement.holds_always:  # nothing is asked after the start
-                requested = [False] * len(requested)
-            end = PendingAnswers(graph, requested, answered, response.deadline_s).dead_end(starts)
-            if end is not None:
-                path = easiest_trace(graph, end.start, *end.path)
-                return {0: _finding(requirement, path, can_retry=end.can_retry)}
-        return {}
-
-    return refine(build, look, budget) if every else []
-
-
-def _truths(graph: Graph, index: int) -> list[TruthValue]:
-    """Whether a requirement about single ticks holds in each configuration."""
-    tracker, states_of = _tracker(graph), graph.composition.machine_states
-    return [tracker.truth(index, c.tracker_state, states_of(c)) for c in graph.configurations]
+    return Judgement.of(judged, [graph for graph, _ in results], is_exact=is_exact)
 
 
 def _tracker(graph: Graph) -> RequirementTracker:
@@ -264,15 +259,10 @@ def _tracker(graph: Graph) -> RequirementTracker:
     return graph.composition.tracker
 
 
-def _violation_finding(graph: Graph, requirement: Requirement) -> TracedFinding:
-    """The finding on a violation, with the easiest trace to it."""
-    number, edges = graph.violation(0)
-    return _finding(requirement, easiest_trace(graph, number, *edges))
-
-
-def _finding(
+def violation_finding(
     requirement: Requirement, trace: ExploredTrace, *, can_retry: bool = False
 ) -> TracedFinding:
+    """The finding on a trace that violates a requirement."""
     states = {step.walker.name: step.transition.target for step in trace.steps}
     subsystems = dict.fromkeys(x.subsystem for x in requirement.readings)
     where = ", ".join(f"`{name}` in `{states[name]}`" for name in subsystems if name in states)
@@ -289,19 +279,30 @@ def _finding(
     )
 
 
-def _verdict(
-    graphs: Sequence[Graph], requirement: Requirement, violation: TracedFinding | None
-) -> RequirementStatus:
+def verdict_of(
+    requirement: Requirement,
+    violation: TracedFinding | None,
+    graphs: Sequence[Graph],
+    *,
+    is_proved: bool,
+) -> tuple[RequirementStatus, str]:
+    """The verdict by a violation and the graphs without any, with the reason if it is undecided."""
     if violation is not None:
         if violation.trace.is_decided:
-            return "violated"
+            return "violated", ""
         # Answers in time rest on plants; the exclusion of a state does not.
         if not horizon_s(requirement.formula):
-            return "may be violated"
-        return "open" if violation.trace.rests_on_measurements else "not decided"
-    if _is_proved(graphs, 0):
-        return "proved"
-    return "not decided" if any(graph.is_complete for graph in graphs) else "not explored"
+            return "may be violated", ""
+        if violation.trace.rests_on_measurements:
+            return "open", ""
+        return "not decided", _undecidable_reason(violation)
+    if is_proved:
+        return "proved", ""
+    is_complete = any(graph.is_complete for graph in graphs)
+    # What no trace can violate is at most proved, for which measurements are hardly ever enough.
+    if is_complete or False not in possible_truths(requirement):
+        return "not decided", _absent_values(graphs)
+    return "not explored", ""
 
 
 def _undecidable_reason(violation: TracedFinding) -> str:
@@ -312,7 +313,8 @@ def _undecidable_reason(violation: TracedFinding) -> str:
 
 def _absent_values(graphs: Sequence[Graph]) -> str:
     """Which values of the requirement are absent, if it would be decided with them."""
-    for names in (_tracker(graph).absent_values[0] for graph in graphs if graph.is_complete):
+    trackers = (graph.composition.tracker for graph in graphs if graph.is_complete)
+    for names in (set[str]().union(*each.absent_values) for each in trackers if each):
         if names and "" not in names:
             are = "is" if len(names) == 1 else "are"
             named = join_words([f"`{name}`" for name in sorted(names)], "and")
@@ -321,11 +323,10 @@ def _absent_values(graphs: Sequence[Graph]) -> str:
     return ""
 
 
-def _probe(requirement: Requirement) -> Requirement | None:
-    """The requirement "this one is never triggered"; None without a known trigger."""
+def trigger_of(requirement: Requirement) -> TemporalFormula | None:
+    """What must hold at some tick if a requirement is ever asked, if known."""
     when = antecedent(requirement.formula)
-    ever = None if when is None else _necessary_condition(when)
-    return None if ever is None else replace(requirement, formula=BoolOp("not", (ever,)))
+    return None if when is None else _necessary_condition(when)
 
 
 def _necessary_condition(formula: TemporalFormula) -> TemporalFormula | None:

@@ -6,7 +6,7 @@ exclude. The answer is remembered until one of these values is renewed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -17,19 +17,27 @@ from specc.model.fsm import mode_of
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.tools.explore.cone import Cone, InputUse, renamed
+from specc.tools.explore.cuts import target_name
+from specc.tools.explore.liveness import live_inputs, live_memory
 from specc.tools.explore.partial import SOME, AbstractValue, KnownValues, residual, surely_fails
-from specc.tools.explore.regions import value_leaves
+from specc.tools.explore.ranking import change
+from specc.tools.explore.regions import Region, value_leaves
 from specc.tools.explore.timing import Clocks, mode_timers
 from specc.tools.explore.transitions import (
     FAILED,
     SAME_STATE,
     Branch,
     MachineState,
-    SentValues,
     Successor,
     Transition,
 )
-from specc.tools.explore.values import ABSENT, Interner, ValueTable, limit_combinations
+from specc.tools.explore.values import (
+    ABSENT,
+    UNKNOWN,
+    Interner,
+    ValueTable,
+    limit_combinations,
+)
 
 MOST_REMEMBERED = 12
 """The most answers about unknown values; with more, all are forgotten."""
@@ -38,8 +46,19 @@ MOST_REMEMBERED = 12
 class Walker:
     """Steps one machine. `exact` says whether time is counted or only passes."""
 
-    def __init__(self, cone: Cone, subsystem: Subsystem, values: ValueTable, *, exact: bool):
-        """`subsystem` is only for the names and places in messages."""
+    def __init__(
+        self,
+        cone: Cone,
+        subsystem: Subsystem,
+        values: ValueTable,
+        *,
+        exact: bool,
+        observed: Collection[str] = (),
+    ) -> None:
+        """`subsystem` is only for the names and places in messages.
+
+        Memory that is `observed` is tracked even where the machine does not read it any more.
+        """
         self.cone = cone
         self.subsystem = subsystem
         self.name = subsystem.qualified_name
@@ -53,6 +72,7 @@ class Walker:
         self._inits = {x.key: x.init for x in cone.inputs}
         self._outputs = dict(cone.outputs)
         self.memory_slots = {item.name: slot for slot, item in enumerate(cone.memory)}
+        self._live_memory, self._live_inputs = live_memory(cone, observed), live_inputs(cone)
         self._memory_bounds = {item.name: item.bounds for item in cone.memory}
         self.static_values = cone.static_values
         self.clocks = Clocks(cone, self.static_values, counts_periods=exact)
@@ -117,6 +137,16 @@ class Walker:
                 else self.values.number_of(target, value, self.static_values)
             )
         return tuple(found)
+
+    def after_reading(self, local: int, buffers: tuple[int, ...]) -> tuple[int, ...]:
+        """The buffers after a step to a machine state: nothing is fresh, dead values are gone."""
+        live = self._live_inputs[self.states.by_number[local].state]
+        return tuple(
+            [
+                number & ~1 if key in live or number // 2 == ABSENT else 2 * UNKNOWN
+                for key, number in zip(self.inputs, buffers, strict=True)
+            ]
+        )
 
     def first_step(self, buffers: tuple[int, ...]) -> Successor:
         """The first period: memory gets its values, no condition is evaluated."""
@@ -270,23 +300,30 @@ class Walker:
         ):
             yield _failure(before, before.state or branch.target, free)
             return
-        written = dict[InputName, tuple[int, ...]]()
+        written, live = dict[InputName, tuple[int, ...]](), self._live_memory[branch.target]
+        changed = dict[str, m.Expr]()
         for key, value in self.assignments(branch.row, branch.target, known):
             target = self._target(key)
             output = self._outputs[key] if key[0] else None
             timer = None if key[0] else self.mode_timers.get(key[1])
-            if timer is not None and isinstance(value, m.Number):
+            if not key[0] and key[1] not in live:
+                written[key] = (UNKNOWN,)
+            elif timer is not None and isinstance(value, m.Number):
                 passed = (replace(value, value=n) for n in timer.numbers(int(value.value)))
                 written[key] = tuple(map(self.values.number_of_literal, passed))
             else:
-                written[key] = self.values.possible_numbers(target, value, known, sent=output)
+                written[key] = self.values.possible_numbers(
+                    target, value, known, sent=output, is_first=before.state == ""
+                )
             if not key[0]:
+                changed[key[1]] = value
                 answers = self._forget_memory(answers, key[1])
             if len(written[key]) > 1:
                 mode = mode_of("periods", key[1])
                 free += (f"how long `{mode}` has lasted" if timer else f"what `{key[1]}` is",)
                 if self.cone.is_measured(value):
                     self.measured_choices.add(free[-1])
+        answers = frozenset(a for a in answers if self._concerns_live(a, branch.target))
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
         lost = tuple(self._lost_inputs(buffers, known, before.state, branch.target))
@@ -294,10 +331,32 @@ class Walker:
         written, memory = limit_combinations(written), self._memory_numbers(before.memory)
         for numbers in product(*written.values()):
             values = dict(zip(written, numbers, strict=True))
-            memory_after = tuple(values.get(("", name), number) for name, number in memory.items())
+            memory_after = tuple(
+                values.get(("", name), number) if name in live else UNKNOWN
+                for name, number in memory.items()
+            )
             now = MachineState(branch.target, clock, memory_after, answers)
             sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
-            yield now, Transition(before.state, branch.target, branch.row, sent, free, lost)
+            counts = tuple(self._counts(before.memory, memory_after, changed, known))
+            yield (
+                now,
+                Transition(before.state, branch.target, branch.row, sent, free, lost, (), counts),
+            )
+
+    def _counts(
+        self,
+        before: tuple[int, ...],
+        after: tuple[int, ...],
+        changed: Mapping[str, m.Expr],
+        known: KnownValues,
+    ) -> Iterator[tuple[str, float]]:
+        """The numbers that get a new value in the same region (`Transition.counts`)."""
+        for name, value in changed.items():
+            slot = self.memory_slots[name]
+            region = self.values.value(after[slot])
+            if isinstance(region, Region) and before and before[slot] == after[slot]:
+                low, high = change(value, name, known, region)
+                yield name, float(low if low > 0 else min(high, 0))
 
     def known_at_entry(self, row: int, known: KnownValues) -> KnownValues:
         """The known values with which the functions of a state that a row enters begin."""
@@ -318,22 +377,7 @@ class Walker:
                 yield (peer, name), value
 
     def _target(self, key: InputName) -> str:
-        peer, name = key
-        return f"{self.kind}.y.{peer}.{name}" if peer else f"{self.kind}.{name}"
-
-    def assigned_numbers(self, local: MachineState, sent: SentValues) -> dict[InputName, int]:
-        """The numbers of the values of memory and outputs after a step."""
-        memory = self._memory_numbers(local.memory).items()
-        return {**{("", name): number for name, number in memory}, **dict(sent)}
-
-    def track_values(self, local: MachineState, sent: SentValues) -> bool:
-        """Track the new values of memory and outputs, if the bounds allow; whether they do."""
-        given = self.assigned_numbers(local, sent).items()
-        return all(
-            self.values.track(self._target(key), number)
-            for key, number in given
-            if key[0] or key[1] not in self.mode_timers
-        )
+        return target_name(self.kind, key)
 
     def _forget_memory(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._dependence(a).memory)
@@ -392,6 +436,14 @@ class Walker:
 
     def _dependence(self, formula: int) -> Dependence:
         return self.cone.dependences.of(self._formulas.by_number[formula])
+
+    def _concerns_live(self, formula: int, state: str) -> bool:
+        """Whether a formula is about a value that may still be read in or after a state."""
+        rests = self._dependence(formula)
+        return not (
+            rests.memory.isdisjoint(self._live_memory[state])
+            and rests.inputs.isdisjoint(self._live_inputs[state])
+        )
 
     def _lasting_answers(self, expr: m.Expr) -> Iterator[int]:
         """The formulas that stay true until an input or memory is renewed, by number."""

@@ -21,7 +21,7 @@ from specc.tools.graph.tags import TaggedDiagram
 # A file says which command wrote it, so that commands replace no pictures of others.
 
 
-_MARK = re.compile(rb"specc (graph|plot)")
+_MARK = re.compile(rb"specc (graph|plot|report)")
 _LENGTH = 200
 """Bytes at the beginning of a file, or at its end, that have the mark in them."""
 _PNG_HEAD = 33
@@ -50,7 +50,7 @@ class FileSignature:
 
 
 def mark_of(command: str) -> bytes:
-    """The mark of `graph` or `plot`."""
+    """The mark of `graph`, `plot` or `report`."""
     return f"specc {command}".encode()
 
 
@@ -67,6 +67,11 @@ def _sign_png(picture: bytes, mark: bytes) -> bytes:
 
 def _sign_dot(picture: bytes, mark: bytes) -> bytes:
     return b"// " + mark + b"\n" + picture
+
+
+def _sign_html(page: bytes, mark: bytes) -> bytes:
+    doctype, end, rest = page.partition(b"\n")
+    return doctype + end + b"<!-- " + mark + b" -->" + end + rest
 
 
 def _sign_pdf(picture: bytes, mark: bytes) -> bytes:
@@ -129,5 +134,6 @@ FORMATS: Mapping[str, PictureFormat] = {
 
 SIGNATURES = {name: form.signature for name, form in FORMATS.items()} | {
     "pdf": FileSignature(b"%PDF", _sign_pdf, is_at_end=True),  # of `specc plot`
+    "html": FileSignature(b"<!doctype html>", _sign_html),  # of `specc report`
 }
 """By format; a table of numbers has no place for a mark."""

@@ -10,13 +10,12 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from struct import pack
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from specc.tools.page.messages import Message, json_text
+from specc.tools.page.messages import Message
 
 _MOST_BYTES, _MOST_MESSAGES = 16_000_000, 2000
 """That wait for a browser."""
@@ -24,21 +23,6 @@ _LONGEST_S = 10.0
 """That it may take to get one message: pings do not find a browser whose buffers are full."""
 _MOST_QUESTIONS = 64
 """Of different kinds that wait for their answers."""
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture of a camera, as JPEG or PNG."""
-
-    camera: str
-    time_s: float
-    data: bytes
-
-    @property
-    def message(self) -> bytes:
-        """The length of the JSON that says of what it is, the JSON, and the picture."""
-        about = json_text({"camera": self.camera, "time_s": self.time_s}).encode()
-        return pack(">I", len(about)) + about + self.data
 
 
 @dataclass(slots=True)

@@ -12,7 +12,7 @@ from specc.lang.show import show
 from specc.model.expr import Expr, Live, Number, constant_names
 from specc.model.fsm import State
 from specc.model.requirement import Requirement, expressions_in
-from specc.model.system import Constant, Subsystem, System
+from specc.model.system import PLANT, Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
 from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
@@ -26,11 +26,12 @@ from specc.tools.graph.page import (
     structure_picture,
 )
 from specc.tools.page.frames import carriers
-from specc.tools.page.server import Asset
+from specc.tools.page.messages import Asset
 from specc.tools.plot import ListedSignal, list_signals
 from specc.tools.why import value_text
 
 _SVG = "image/svg+xml"
+_MOST_USUAL = 4
 _LONGEST = 10_000
 """Characters of a text of a specification that are shown."""
 
@@ -128,7 +129,7 @@ class Description:
                 "constants": list(self._constants()),
             }
         )
-        return dict(found)
+        return {**found, "usual": usual_signals(found["signals"])}
 
     def _machine(self, subsystem: Subsystem, prefix: str) -> dict[str, Any]:
         """A subsystem with its states and rows, and their ids in its picture."""
@@ -212,6 +213,19 @@ class Description:
         for name, unit in self._result.units.items():
             constant = known.get(name)
             yield {"name": name, "text": _initial(constant) if constant else "", "unit": unit}
+
+
+def usual_signals(signals: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of signals that are shown before any were chosen.
+
+    First what is really so, then inputs of control subsystems, as far as they are numbers.
+    """
+
+    def rank(name: str) -> int:
+        return 0 if name.startswith(f"{PLANT}.") else 1 if ".c.x." in name else 2
+
+    drawn = [s["name"] for s in signals if s["components"] and s["kind"] != "state"]
+    return sorted(drawn, key=rank)[:_MOST_USUAL]
 
 
 def _is_error(subsystem: Subsystem, state: State) -> bool:

@@ -31,9 +31,8 @@ from specc.lang.values import Floats
 from specc.model.system import PLANT
 from specc.refusal import Refused
 from specc.source import SET, Sources
-from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
-from specc.tools.page.messages import Message, json_text
+from specc.tools.page.messages import Asset, Message, Picture, json_text
 from specc.tools.page.moments import (
     NO_LINES,
     DrawnSignal,
@@ -48,7 +47,7 @@ from specc.tools.page.moments import (
     values_of,
     why_of,
 )
-from specc.tools.page.server import Asset, Server
+from specc.tools.page.server import Server
 from specc.tools.why import Explainer
 
 _MOST_BYTES = 64_000_000

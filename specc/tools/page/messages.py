@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import import_module
+from struct import pack
 from typing import Any
 
 Message = Mapping[str, Any]
@@ -14,6 +16,29 @@ _LONGEST_NAME = 2000
 """Characters of a name or a text that a browser sends."""
 _MOST_ITEMS = 200
 """Items of a list that a browser sends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asset:
+    """A file that is made from the specification or the run: a drawing, a scene."""
+
+    content_type: str
+    content: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of a camera, as JPEG or PNG."""
+
+    camera: str
+    time_s: float
+    data: bytes
+
+    @property
+    def message(self) -> bytes:
+        """The length of the JSON that says of what it is, the JSON, and the picture."""
+        about = json_text({"camera": self.camera, "time_s": self.time_s}).encode()
+        return pack(">I", len(about)) + about + self.data
 
 
 class Malformed(Exception):

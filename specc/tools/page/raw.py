@@ -58,6 +58,7 @@ class RawContent:
             "structure": None,
             "parts": {},
             "signals": [*map(_state_signal, self._states), *map(_signal, self._signals)],
+            "usual": [],
             "requirements": [
                 {
                     "that": str(r.get("that")),

@@ -12,12 +12,11 @@ from threading import Lock
 from time import monotonic, sleep
 from typing import Any, Protocol
 
+from specc.reachable import grouped
 from specc.refusal import Refused
-from specc.tools.page.clients import Picture
 from specc.tools.page.description import AssetShelf, Description
-from specc.tools.page.messages import Message
+from specc.tools.page.messages import Asset, Message, Picture
 from specc.tools.page.moments import flow_of, frames_of, series_of, states_of, values_of
-from specc.tools.page.server import Asset
 from specc.tools.plot.sheet import Band, merge_short_spans
 from specc.tools.why import Steps, violation_reasons
 from specc.tools.why.lines import Explainer, seconds
@@ -232,6 +231,11 @@ class RecordedRun:
             yield that, self._content.violation(that, at_s, self._recording.last_steps)
 
     @property
+    def most_messages(self) -> int:
+        """Of a chunk of the file: what it takes to look up a moment."""
+        return int(self._recording.index.most_messages)
+
+    @property
     def is_whole(self) -> bool:
         """Whether all of the file is read."""
         return bool(self._recording.index.is_whole)
@@ -284,8 +288,10 @@ class RecordedRun:
         """See `Source`."""
         return self._last
 
-    def moment(self, time_s: float | None, signals: list[str] | None) -> Message:
-        """See `Source`."""
+    def moment(
+        self, time_s: float | None, signals: list[str] | None, *, has_scene: bool = True
+    ) -> Message:
+        """See `Source`; without the scene there are no poses and nothing on arcs."""
         at_s = self._inside(time_s)
         try:
             steps = self._recording.steps(at_s)
@@ -297,10 +303,10 @@ class RecordedRun:
             "time_s": at_s,
             "states": states,
             "values": self._content.values(steps, plant, signals),
-            "frames": self._content.frames(steps, plant, signals),
+            "frames": self._content.frames(steps, plant, signals) if has_scene else {},
             "requirements": self._recording.ask("requirements_at", at_s) or [],
-            "poses": self._poses_at(at_s),
-            "flow": self._content.flow(steps),
+            "poses": self._poses_at(at_s) if has_scene else None,
+            "flow": self._content.flow(steps) if has_scene else [],
         }
 
     def _inside(self, time_s: float | None) -> float:
@@ -337,12 +343,21 @@ class RecordedRun:
 
     def series(self, name: str, time_s: float | None, window_s: float) -> Message:
         """See `Source`."""
+        return self.several_series([name], time_s, window_s)[name]
+
+    def several_series(
+        self, names: Sequence[str], time_s: float | None, window_s: float
+    ) -> dict[str, Message]:
+        """`series` of several signals: the messages of each owner are read once."""
         window_s = min(window_s, _LONGEST_WINDOW_S)
         end_s = self._end_s if time_s is None else time_s + window_s / 2
-        begin_s, owner = end_s - window_s, self._content.owner(name)
-        points = self._recording.ask("window", owner, begin_s, end_s, _MOST_DECODED)
-        found = self._content.series(name, points) if points else _NOTHING
-        return {"name": name, "begin_s": begin_s, "end_s": end_s, **found}
+        begin_s, found = end_s - window_s, dict[str, Message]()
+        for owner, own in grouped((self._content.owner(name), name) for name in names).items():
+            points = self._recording.ask("window", owner, begin_s, end_s, _MOST_DECODED)
+            for name in own:
+                lines = self._content.series(name, points) if points else _NOTHING
+                found[name] = {"name": name, "begin_s": begin_s, "end_s": end_s, **lines}
+        return found
 
     # Scene and pictures.
 

@@ -13,7 +13,6 @@ import re
 import secrets
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Protocol
@@ -24,10 +23,12 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from specc.diagnostics.visible import visible
-from specc.tools.page.clients import Client, Picture, Watched
+from specc.tools.page.clients import Client, Watched
 from specc.tools.page.messages import (
+    Asset,
     Malformed,
     Message,
+    Picture,
     json_text,
     number_in,
     plain_in,
@@ -61,14 +62,6 @@ _TYPES = {
 _TEXT = "text/plain; charset=utf-8"
 _ASSET = re.compile(r"/asset/(\d{1,6})", re.ASCII)
 _TOKEN = re.compile(r"[\w-]{1,200}", re.ASCII)
-
-
-@dataclass(frozen=True, slots=True)
-class Asset:
-    """A file that is made from the specification or the run: a drawing, a scene."""
-
-    content_type: str
-    content: bytes
 
 
 class Source(Protocol):

@@ -260,8 +260,8 @@ class Folder:
         *lines, torn = self._log.read().split(b"\n")
         for number, line in enumerate(lines, start=1):
             try:
-                key, figures = _entry(line)
-                self.done[key] = figures
+                setting, seed, figures = log_entry(line)
+                self.done[key_of(setting, seed)] = figures
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 raise SweepError(f"{self.path / LOG}: line {number} is not of a run") from None
         if torn:
@@ -304,7 +304,11 @@ class Folder:
             )
 
 
-def _entry(line: bytes) -> tuple[RunKey, Figures]:
+def log_entry(line: bytes) -> tuple[SweepSetting, int, Figures]:
+    """The setting, the seed and the figures in a line of the log.
+
+    Raises ValueError, KeyError, TypeError, AttributeError or RecursionError for another line.
+    """
     entry = json.loads(line)
     run = dict(entry["run"])
     is_run = (
@@ -315,7 +319,8 @@ def _entry(line: bytes) -> tuple[RunKey, Figures]:
     )
     if not is_run:
         raise ValueError
-    return key_of(entry["set"], entry["seed"]), run
+    key_of(entry["set"], entry["seed"])  # what it is not of fails here
+    return entry["set"], entry["seed"], run
 
 
 def _is_figure(value: Any) -> bool:

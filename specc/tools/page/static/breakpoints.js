@@ -152,7 +152,7 @@ function sentForm(refusal) {
 }
 
 on("breakpoints hello control", () => {
-  if (DIALOG.open && page.hello) {
+  if (DIALOG?.open && page.hello) {
     render();
   }
 });

@@ -1,10 +1,11 @@
 /** Control of the run, or of playing a recording: buttons, keys, and starting again. */
 
+import { SHAPES } from "./bands.js";
 import { showBreakpoints } from "./breakpoints.js";
 import { button, byId, html, seconds, setText, svg } from "./dom.js";
 import { say } from "./notices.js";
 import { on, page } from "./state.js";
-import { jumpMark, jumpTransition, SHAPES, showAll, zoom } from "./timeline.js";
+import { jumpMark, jumpTransition, showAll, zoom } from "./timeline.js";
 
 const MOST_VALUES = 2;
 /** Of constants that were set, beside the seed. */

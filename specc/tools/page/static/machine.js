@@ -3,7 +3,7 @@
 import { toggleBreakpoints } from "./breakpoints.js";
 import { Diagram } from "./diagram.js";
 import { byId, hover, html, setText, svg } from "./dom.js";
-import { emit, on, page } from "./state.js";
+import { emit, on, page, stateWords } from "./state.js";
 
 const diagram = new Diagram(byId("states"));
 const FLASH_MS = 900;
@@ -64,12 +64,6 @@ function markTab() {
       strip.scrollTo({ left, behavior: "instant" });
     }
   }
-}
-
-/** A state for readers: `S2 Execute position-force control`. */
-export function stateWords(machine, name) {
-  const state = machine?.states.find((one) => one.name === name);
-  return state?.title && state.title !== name ? `${name} · ${state.title}` : name;
 }
 
 function showStatesInTabs() {

@@ -19,7 +19,7 @@
  * @typedef {{type: "hello", source: "live"|"file", file?: string, title: string, system: string,
  *   seed: number, real_time: boolean, begin_s: number, repeats_until_s?: number,
  *   end_s: number|null, end?: End|null, notice: string[],
- *   machines: Machine[], structure: string|null, signals: Signal[],
+ *   machines: Machine[], structure: string|null, signals: Signal[], usual: string[],
  *   requirements: {that: string, because: string, place: string, constants: Object<string, string>,
  *   reasons?: string[]}[], cameras: string[],
  *   frames: string[], poses: {name: string, base: string, end: string}[],

@@ -14,6 +14,7 @@ function build() {
     const sign = html("span", { class: "sign", "aria-hidden": "true" });
     const verdict = html("button", { type: "button", class: "verdict" });
     const margin = html("span", { class: "margin" });
+    const { place } = requirement; // none where the specification cannot be read
     const constants = Object.entries(requirement.constants ?? {});
     const where = constants.map(([name, text]) => `${name} = ${text}`).join(", ");
     const reasons = html(
@@ -27,7 +28,7 @@ function build() {
       sign,
       html("div", { class: "that" }, requirement.that),
       where ? html("div", { class: "because where" }, `where ${where}`) : null,
-      html("div", { class: "judged" }, verdict, margin, placeOf(requirement.place)),
+      html("div", { class: "judged" }, verdict, margin, place ? placeOf(place) : null),
       requirement.because ? html("div", { class: "because" }, requirement.because) : null,
       reasons,
     );

@@ -5,8 +5,9 @@ import { plots } from "./plot.js";
 import { askValues, on, page, Question } from "./state.js";
 
 const WINDOWS = [2, 5, 10, 30, 60];
-const FIRST = 4;
-/** Signals that are shown before any were chosen. */
+const USUAL_S = 10;
+const WHOLE = 0;
+/** The window that is all of a recording. */
 const MOST_FOUND = 60;
 const BETWEEN_MS = 1000;
 /** Between plots while time goes on by itself; values come twice as often. */
@@ -15,7 +16,7 @@ const REST_MS = 120;
 const list = byId("plots");
 /** Signal -> its card: elements, question, and the last series. */
 let cards = new Map();
-let window_s = recall("window", 10);
+let window_s = recall("window", USUAL_S);
 let last_ms = 0;
 let last_values_ms = 0;
 /** Cards that are in sight; others are not drawn. */
@@ -34,26 +35,19 @@ const sight = new IntersectionObserver((entries) => {
 
 // What is chosen.
 
-function chosenNames() {
-  const known = new Set(page.hello.signals.map((signal) => signal.name));
-  const before = recall(`signals of ${page.hello.system}`, []).filter((name) => known.has(name));
-  return before.length ? before : usual();
+/** Under which choices are remembered: those of a report are its own. */
+function keyOf({ report, system }) {
+  return `signals of ${report ?? system}`;
 }
 
-/** What is really so, and inputs of control subsystems, as far as they are numbers. */
-function usual() {
-  const drawn = page.hello.signals.filter(
-    ({ components, kind }) => components.length > 0 && kind !== "state",
-  );
-  const rank = ({ name }) => (name.startsWith("plant.") ? 0 : /\.c\.x\./.test(name) ? 1 : 2);
-  return drawn
-    .toSorted((a, b) => rank(a) - rank(b))
-    .slice(0, FIRST)
-    .map((signal) => signal.name);
+function chosenNames() {
+  const known = new Set(page.hello.signals.map((signal) => signal.name));
+  const before = recall(keyOf(page.hello), []).filter((name) => known.has(name));
+  return before.length ? before : page.hello.usual;
 }
 
 function keep() {
-  remember(`signals of ${page.hello.system}`, [...cards.keys()]);
+  remember(keyOf(page.hello), [...cards.keys()]);
   tellServer();
 }
 
@@ -112,7 +106,9 @@ function showValues() {
 
 function askSeries(card) {
   if (card.signal.components.length) {
-    card.question.ask({ name: card.signal.name, time_s: page.cursor, window_s });
+    const whole = { time_s: null, window_s: page.end_s - page.hello.begin_s };
+    const around = { time_s: page.cursor, window_s };
+    card.question.ask({ name: card.signal.name, ...(window_s === WHOLE ? whole : around) });
   }
 }
 
@@ -282,19 +278,24 @@ function showAll() {
 
 // The window of time.
 
-const choice = html(
-  "select",
-  {
-    "aria-label": "Length of plots",
-    onchange: () => {
-      window_s = Number(choice.value);
-      remember("window", window_s);
-      askAll();
-    },
+const choice = html("select", {
+  "aria-label": "Length of plots",
+  onchange: () => {
+    window_s = Number(choice.value);
+    remember("window", window_s);
+    askAll();
   },
-  ...WINDOWS.map((s) => html("option", { value: s, selected: s === window_s }, `${s} s`)),
-);
+});
 byId("windows").append(choice);
+
+function offerWindows() {
+  const all = page.isFile ? [...WINDOWS, WHOLE] : WINDOWS;
+  window_s = page.hello.window_s ?? (all.includes(window_s) ? window_s : USUAL_S);
+  const words = (s) => (s === WHOLE ? "whole run" : `${s} s`);
+  choice.replaceChildren(
+    ...all.map((s) => html("option", { value: s, selected: s === window_s }, words(s))),
+  );
+}
 
 on("hello", () => {
   cards = new Map();
@@ -302,6 +303,7 @@ on("hello", () => {
   seen.clear();
   sight.disconnect();
   list.replaceChildren();
+  offerWindows();
   for (const name of chosenNames()) {
     choose(name);
   }

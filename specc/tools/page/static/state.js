@@ -167,6 +167,12 @@ export function spanAt(machine, time_s) {
   return spans[low - 1] ?? null;
 }
 
+/** A state for readers: `S2 Execute position-force control`. */
+export function stateWords(machine, name) {
+  const state = machine?.states.find((one) => one.name === name);
+  return state?.title && state.title !== name ? `${name} · ${state.title}` : name;
+}
+
 /** Show the states at the cursor that the spans have; the answer of the server says more. */
 function showSpans() {
   const { shown, time_s } = page;

@@ -2,8 +2,7 @@
 
 import { breakpointButton } from "./breakpoints.js";
 import { byId, debounce, html, placeOf, setText } from "./dom.js";
-import { stateWords } from "./machine.js";
-import { on, page, Question } from "./state.js";
+import { on, page, Question, stateWords } from "./state.js";
 
 const REST_MS = 100;
 const BETWEEN_MS = 500;
@@ -204,15 +203,30 @@ function judged(lines) {
 }
 
 /** Whether a line says what stands above all lines. */
-function isHead({ role, text }) {
-  return role === "state" && text.startsWith(`${page.machine} at `);
+function isHead({ role, text }, machine) {
+  return role === "state" && text.startsWith(`${machine} at `);
+}
+
+/** The lines of an answer, trimmed, and those of them that are reasons, in their order. */
+function linesOf({ machine, lines }) {
+  const all = lines.map((line) => ({ ...line, text: line.text.trim() }));
+  const isReason = (one) => one.text !== "last transitions:" && !isHead(one, machine);
+  return [all.find((one) => isHead(one, machine)), judged(all.filter(isReason))];
+}
+
+/** @param {import("./protocol.js").Why} message @returns {Element[]} a list that stays as it is */
+export function listOf(message) {
+  const [head, lines] = linesOf(message);
+  const pairs = lines.map(lineOf);
+  pairs.forEach(([, text], at) => write(text, lines[at]));
+  const title = head ? [html("p", { class: "title" }, head.text)] : [];
+  return [...title, ...arranged(lines, pairs)];
 }
 
 /** @param {import("./protocol.js").Why} message */
 function show(message) {
-  const all = message.lines.map((line) => ({ ...line, text: line.text.trim() }));
-  showWhere(all.find(isHead));
-  const lines = judged(all.filter((one) => one.text !== "last transitions:" && !isHead(one)));
+  const [head, lines] = linesOf(message);
+  showWhere(head);
   const keys = lines.map((line) => {
     const stop = breakpointOf(line);
     const time = line.role === "past" ? line.text : "";
@@ -236,15 +250,20 @@ function show(message) {
 function build(lines) {
   const pairs = lines.map(lineOf);
   texts = pairs.map(([, text]) => text);
+  body.replaceChildren(...arranged(lines, pairs));
+}
+
+/** The elements of lines, in groups. */
+function arranged(lines, pairs) {
   const of = (name) => pairs.filter((_, at) => lines[at].group === name).map(([one]) => one);
   const [errors, sent, past] = ["error", "sent", "past"].map(of);
-  body.replaceChildren(
+  return [
     ...of(""),
     ...of("row"),
     ...(errors.length ? [group("Would stop if", errors)] : []),
     ...(sent.length ? [group("Sent", sent)] : []),
     ...(past.length ? [group("Last transitions", past.reverse())] : []),
-  );
+  ];
 }
 
 on("why", (message) => {
