@@ -27,7 +27,9 @@ MAX_ASSUMPTIONS = 400
 MAX_REQUIREMENTS = 400
 """Of a system."""
 MAX_DISTURBANCES = 100
-"""Of a task."""
+"""Of a task, or of a scenario."""
+MAX_SEEDS = 10_000
+"""Of a scenario."""
 MAX_SPAN_S = 600
 """Over which a temporal operator reaches: what a run must remember."""
 MAX_DEPTH = 64

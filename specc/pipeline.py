@@ -7,7 +7,15 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from specc.diagnostics import CommandName, Diagnostic, blocks, merge_duplicates, without_follow_ups
+from specc.diagnostics import (
+    CommandName,
+    Diagnostic,
+    blocks,
+    merge_duplicates,
+    nearest,
+    without_follow_ups,
+)
+from specc.diagnostics.phrases import join_words
 from specc.limits import (
     DESCRIBE_LESS,
     MAX_BYTES,
@@ -18,12 +26,15 @@ from specc.limits import (
     one_run,
     too_many_steps,
 )
+from specc.model.scenario import Scenario
 from specc.model.system import System
 from specc.policy import allowed_paths
 from specc.read import Document, read_file, read_text
+from specc.refusal import Refused
 from specc.resolve import Findings, Loaded, is_certain, resolve, resolve_alone
 from specc.resolve.expressions import add_comment_hints
 from specc.resolve.loader import Loader
+from specc.resolve.scenarios import in_scenario, settings_of
 from specc.source import Place, Sources, real_path
 
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
@@ -54,6 +65,30 @@ class Result:
         stopped = any(blocks(finding.code, command) for finding in self.diagnostics)
         return self.system is not None and not stopped
 
+    def in_scenario(self, name: str) -> Result:
+        """The same of the system as runs of a scenario have it, but for what that sets.
+
+        Raises Refused if there is no such scenario.
+        """
+        scenario = self.scenario(name)
+        if scenario is None or self.system is None:
+            return self
+        return replace(self, system=in_scenario(self.system, scenario))
+
+    def scenario(self, name: str) -> Scenario | None:
+        """The scenario of that name; None if the specification has no meaning.
+
+        Raises Refused if there is no such scenario.
+        """
+        if self.system is None:
+            return None
+        known = {each.name: each for each in self.system.scenarios}
+        if name not in known:
+            hint = join_words((f"`{each}`" for each in nearest(name, known) or known), "or")
+            way = f"did you mean {hint}?" if hint else "`scenarios:` of the specification adds one"
+            raise Refused(f"there is no scenario {name!r}; {way}")
+        return known[name]
+
 
 @dataclass(frozen=True, slots=True)
 class Build:
@@ -71,17 +106,20 @@ def compile_spec(
     *,
     stop_when: str | None = None,
     publish: Sequence[str] = (),
+    scenario: str | None = None,
 ) -> Result:
     """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
 
     `values` are texts that take the place of those in the files, by the names of what they are
     values of; `texts` are those of files, by real path, that are read instead. `stop_when` is the
-    text of the formula that ends a run, `publish` what others in ROS can watch besides.
+    text of the formula that ends a run, `publish` what others in ROS can watch besides. The system
+    is that of runs of a `scenario`, if one is named.
     """
 
     loader = _with_texts(path, texts)
     with one_run():
-        return _compiled(loader.load(path), loader, values, stop_when, publish)
+        file = loader.load(path)
+        return _compiled(file, loader, values, stop_when, publish, scenario)
 
 
 def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
@@ -126,6 +164,7 @@ def _compiled(
     values: Mapping[str, str] = _AS_WRITTEN,
     stop_when: str | None = None,
     publish: Sequence[str] = (),
+    scenario: str | None = None,
 ) -> Result:
     from specc.checks import run_checks
 
@@ -133,6 +172,8 @@ def _compiled(
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     given, stop = loader.set_values(values), loader.stop_formula(stop_when)
+    if scenario is not None:
+        given = {**settings_of(file, scenario), **given}
     resolved = resolve(file, loader.load, findings, loader.reach, given, stop)
     if publish and (plant := resolved.system.plant):
         plant = replace(plant, published=(*plant.published, *loader.published(publish)))
@@ -143,7 +184,8 @@ def _compiled(
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))
     found = _add_budget_findings(tuple(merge_duplicates(every, agents)), file)
-    return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
+    result = Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
+    return result if scenario is None else result.in_scenario(scenario)
 
 
 def _add_budget_findings(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnostic, ...]:
@@ -207,11 +249,14 @@ def build(
     *,
     stop_when: str | None = None,
     publish: Sequence[str] = (),
+    scenario: str | None = None,
     is_read: bool = True,
     tests_all_rows: bool = False,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
-    result = compile_spec(path, values, texts, stop_when=stop_when, publish=publish)
+    result = compile_spec(
+        path, values, texts, stop_when=stop_when, publish=publish, scenario=scenario
+    )
     return generated(result, path, is_read=is_read, tests_all_rows=tests_all_rows)
 
 

@@ -159,7 +159,9 @@ class Disturbances:
             if each.goes_on and due_s >= each.ends_s:
                 each.over = True
                 self._act(each)
-            if due_s >= each.next_s and self._holds(each.what.when) and each.repeat(time_s):
+            if due_s >= each.next_s and not each.is_asked and self._holds(each.what.when):
+                each.ask(time_s)
+            if due_s >= each.begins_s and each.repeat(time_s):
                 self._begin(each)
                 self.on_begin(time_s, each.what.because)
 
@@ -232,9 +234,10 @@ class _Numbers:
     """The numbers of one repetition, which no other disturbance changes unless it does the same."""
 
     def __init__(self, what: Disturbance, seed: int, name: str) -> None:
-        times = [each for each in (what.at, what.lasts, what.every, what.probability) if each]
+        drawn_times = what.at, what.delay, what.lasts, what.every, what.probability
+        times = [each for each in drawn_times if each]
         drawn_s = drawn(times, seed, name)
-        self.at_s = drawn_s.get("at", 0.0)
+        self.at_s, self.delay_s = drawn_s.get("at", 0.0), drawn_s.get("delay", 0.0)
         self.lasts_s = drawn_s.get("lasts", math.inf)
         self.every_s = drawn_s.get("every", math.inf)
         self.happens = True
@@ -257,6 +260,8 @@ class _Course:
         self._seed, self._stem = seed, f"disturb {what.subject} {number}"
         self.now = self._numbers(0)
         self.next_s = self.now.at_s
+        self.begins_s = math.inf
+        """When the repetition begins whose time had come, and whose `when` held."""
         self.first_s: float | None = None
         self.began_s: float | None = None
         """When the last repetition that happened began."""
@@ -267,6 +272,9 @@ class _Course:
         """Repetitions that were due."""
         self._present = 0
         """The number of the one that happened last."""
+
+    def _next_numbers(self) -> _Numbers:
+        return self._numbers(self._due) if self._due else self.now
 
     def _numbers(self, repetition: int) -> _Numbers:
         again = f" repetition {repetition}" if repetition else ""
@@ -282,9 +290,18 @@ class _Course:
         """When the present repetition is over."""
         return (self.began_s or 0.0) + self.now.lasts_s
 
+    @property
+    def is_asked(self) -> bool:
+        """Whether a repetition is to begin, after its delay."""
+        return self.begins_s < math.inf
+
+    def ask(self, time_s: float) -> None:
+        """Let the next repetition begin after its delay."""
+        self.begins_s = time_s + (self._next_numbers().delay_s if self.what.delay else 0.0)
+
     def repeat(self, time_s: float) -> bool:
         """The next repetition is due: whether it happens. It is later that the one after it is."""
-        numbers = self._numbers(self._due) if self._due else self.now
+        numbers, self.begins_s = self._next_numbers(), math.inf
         begins_s = self.next_s if self.what.when is None else time_s
         self.next_s = begins_s + numbers.every_s
         self._due += 1
@@ -305,11 +322,13 @@ class _Course:
             "first_s": self.first_s,
             "times": self.times,
             "due": [self._due, self._present, None if math.isinf(self.next_s) else self.next_s],
+            "begins_s": self.begins_s if self.is_asked else None,
         }
 
     def restore(self, saved: Any) -> None:
         """Go on from there; raises KeyError, TypeError, ValueError for other data."""
-        began_s = saved["began_s"]
+        began_s, begins_s = saved["began_s"], saved.get("begins_s")
+        self.begins_s = math.inf if begins_s is None else float(begins_s)
         if began_s is not None:
             self.began_s, self.over = float(began_s), bool(saved["over"])
             # Older recordings have no repetitions.

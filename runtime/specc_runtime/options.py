@@ -65,6 +65,8 @@ class Options:
     """Constants and the texts of their values that the code was built with instead of its own."""
     spec: str = ""
     """The specification, as it was named; empty where only the package is known."""
+    scenario: str | None = None
+    """The scenario of which the run is one, for recordings."""
 
     def named_absolutely(self) -> Options:
         """The same files, whatever the folder of the process becomes."""

@@ -127,7 +127,8 @@ def _perform(job: Mapping[str, Any], report: Path, answer: Path) -> NoReturn:
         if numbers := sys.modules.get("numpy.random"):
             numbers.seed()  # else the operators of all runs would draw the same without a seed
         report.unlink(missing_ok=True)
-        paths = {name: Path(job[name]) for name in ("directory", "base")}
+        named = ("directory", "base", "record")
+        paths = {name: Path(job[name]) for name in named if name in job}
         code = run(Options(**{**job, **paths}, report=report, inline=True, quiet=True))
         found = json.loads(report.read_text(encoding="utf-8")) if report.exists() else None
         with replacing(answer) as aside:

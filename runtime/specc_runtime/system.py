@@ -139,8 +139,9 @@ Done = Draw | str | tuple[str, tuple[Draw, ...]]
 class Disturbance:
     """What happens, for `lasts` seconds or to the end, from `at` on or once `when` holds then.
 
-    `when` counts the triggers of the system. Numbers are drawn as those of a scene, anew for each
-    repetition; `every` is the time to the next one. `does` says what is done, by verbs.
+    `when` counts the triggers of the system; what waits for one begins `delay` seconds later.
+    Numbers are drawn as those of a scene, anew for each repetition; `every` is the time to the next
+    one. `does` says what is done, by verbs.
     """
 
     def __init__(
@@ -149,12 +150,13 @@ class Disturbance:
         *,
         at: Draw | None = None,
         when: int | None = None,
+        delay: Draw | None = None,
         every: Draw | None = None,
         probability: Draw | None = None,
         lasts: Draw | None = None,
         **does: tuple[Done, ...],
     ) -> None:
-        self.because, self.when = because, when
+        self.because, self.when, self.delay = because, when, delay
         self.at, self.every, self.probability, self.lasts = at, every, probability, lasts
         self.deeds = tuple(_deed(verb, item) for verb, items in does.items() for item in items)
 

@@ -188,7 +188,7 @@ class Facts:
     @cached_property
     def formulas(self) -> tuple[Requirement, ...]:
         """The formulas that runs monitor; a name for a part of one is in its text."""
-        return *self.system.monitored, *self.system.triggers
+        return self.system.monitored
 
     def watched(self, subsystem: Subsystem) -> frozenset[str]:
         """The memory that the task or a formula reads."""

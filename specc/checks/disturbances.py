@@ -26,10 +26,8 @@ _CODE = "W0519"
 
 def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, for ranges and choices of equal numbers, unless constants decide them."""
-    task = facts.system.task
-    disturbances = task.disturbances if task else ()
-    numbers = (number for each in disturbances for number in each.numbers)
-    for draw in (*(task.starts if task else ()), *numbers):
+    numbers = (number for each in facts.system.disturbances for number in each.numbers)
+    for draw in (*facts.system.starts, *numbers):
         values, place = [value for value, _ in draw.values], replace(draw.place, part="value")
         if draw.is_range and values[0] == values[1]:
             message = f"`{draw.name}` is between two equal numbers"
@@ -44,8 +42,7 @@ def draws_vary(facts: Facts) -> Iterator[Diagnostic]:
 
 def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, for disturbances and actions without effect: in no time, never, or twice."""
-    task = facts.system.task
-    for each in task.disturbances if task else ():
+    for each in facts.system.disturbances:
         if each.duration and _is_always(each.duration, 0):
             place = replace(each.duration.place, part="value")
             help = "say for how long, or leave `lasts` out: it lasts to the end then"
@@ -103,8 +100,8 @@ def _is_always(draw: Draw, number: float | None) -> bool:
 
 def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, for a disturbance that may begin again within a tick."""
-    task, tick_s = facts.system.task, facts.rates.tick_s
-    repeated = [each.every for each in task.disturbances if each.every] if task else []
+    tick_s = facts.rates.tick_s
+    repeated = [each.every for each in facts.system.disturbances if each.every]
     for every in repeated if facts.rates.timed else ():
         if 0 < min(value for value, _ in every.values) < tick_s * _ROUNDING:
             message = f"a disturbance begins again after {in_ms(tick_s)} at the earliest"
@@ -122,9 +119,9 @@ _ROUNDING = 1 - Fraction(1, 10**9)  # values are rounded
 
 def disturbances_last_ticks(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, of those that last for less than a tick, or are over before anything is measured."""
-    task, tick_s = facts.system.task, facts.rates.tick_s
-    timed = facts.rates.timed and task is not None and facts.system.plant is not None
-    for each in task.disturbances if timed and task else ():
+    tick_s = facts.rates.tick_s
+    timed = facts.rates.timed and facts.system.plant is not None
+    for each in facts.system.disturbances if timed else ():
         if each.duration is None or _is_always(each.duration, 0):
             continue
         place = replace(each.duration.place, part="value")
@@ -179,8 +176,8 @@ def _exact(value: float) -> Fraction:
 
 def disturbances_differ(facts: Facts) -> Iterator[Diagnostic]:
     """W0519, where it is sure whenever what they wait for comes."""
-    task = facts.system.task
-    for one, other in combinations(task.disturbances if task else (), 2):
+    together = (pair for course in facts.system.courses for pair in combinations(course, 2))
+    for one, other in dict.fromkeys(together):
         for action, word, earlier in _conflicting_actions(one, other):
             yield Diagnostic(
                 _CODE,
@@ -218,9 +215,11 @@ def _conflicting_actions(
 
 def _moment(each: Disturbance) -> Hashable:
     """A key of when it begins: its time and what it waits for; drawn times are unique."""
-    if (each.at and each.at.is_range) or each.probability:
+    times = [draw for draw in (each.at, each.delay) if draw is not None]
+    if each.probability or any(draw.is_range for draw in times):
         return id(each)
-    return each.when.that if each.when else "", each.at.values if each.at else ()
+    waits = each.when.that if each.when else ""
+    return waits, tuple((draw.name, draw.values) for draw in times)
 
 
 def _overlap(one: Disturbance, other: Disturbance) -> bool:
@@ -265,8 +264,7 @@ Units = tuple[Unit | None, ...]
 
 def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0502 for errors of an element that no device reports, E0517 for unsuitable numbers."""
-    task = facts.system.task
-    for each in task.disturbances if task and facts.system.plant else ():
+    for each in facts.system.disturbances if facts.system.plant else ():
         for verb, action in each.actions_on("measurement"):
             element = action.name
             if (known := facts.reported.get(element)) is None:

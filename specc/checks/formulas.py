@@ -32,7 +32,10 @@ _MOST_PAIRS = 200
 
 
 def _formulas(facts: Facts) -> tuple[Requirement, ...]:
-    return tuple(f for f in facts.system.formulas if _size(f.formula) <= MOST_PARTS)
+    """Those that are examined: not those of scenarios in which constants have other values."""
+    others = {id(f) for each in facts.system.scenarios if each.settings for f in each.formulas}
+    formulas = (f for f in facts.system.formulas if id(f) not in others)
+    return tuple(f for f in formulas if _size(f.formula) <= MOST_PARTS)
 
 
 def _size(formula: TemporalFormula) -> int:

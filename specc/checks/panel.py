@@ -131,8 +131,7 @@ def _slower_readers(
 
 def operation_fits(facts: Facts) -> Iterator[Diagnostic]:
     """E0502 for elements that are not on the panel, E0517 for what cannot be done to them."""
-    task = facts.system.task
-    for each in task.disturbances if task and facts.system.plant else ():
+    for each in facts.system.disturbances if facts.system.plant else ():
         for verb, action in each.actions_on("button", "control"):
             yield from _operation_faults(verb, action, facts)
 

@@ -28,8 +28,8 @@ from specc.source import Place
 
 def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0502 for the start of an unknown joint, E0516 for an impossible one."""
-    task, plant = facts.system.task, facts.system.plant
-    for start in task.starts if task else ():
+    plant = facts.system.plant
+    for start in facts.system.starts:
         if isinstance(facts.model, Model):
             yield from _placed(start, facts.model)
         elif plant is None or plant.is_panel:
@@ -101,8 +101,8 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 
     A plant in Python says itself what can happen to it.
     """
-    task, model = facts.system.task, facts.model
-    for each in task.disturbances if task else ():
+    model = facts.model
+    for each in facts.system.disturbances:
         plant, subjects = facts.system.plant, {verb.subject for verb, _ in each.actions_on()}
         if plant is None or plant.is_panel:
             help = "say under `plant` what there is, or leave the disturbance out"
@@ -126,8 +126,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
 def adjustments_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0517 for a constant that may not change, or not so."""
     known = {constant.name: constant for constant in facts.system.constants}
-    task = facts.system.task
-    for each in task.disturbances if task else ():
+    for each in facts.system.disturbances:
         for _, action in each.actions_on("constant"):
             constant = known.get(action.name)
             if constant is None or not action.numbers:
@@ -166,9 +165,14 @@ def _adjustment_fault(constant: Constant, draw: Draw) -> str:
 
 def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0502 for the silence of an element that no device reports, E0517 for one without effect."""
-    task = facts.system.task
+    courses = facts.system.courses if facts.system.plant else ()
+    yield from dict.fromkeys(one for course in courses for one in _silence_faults(course, facts))
+
+
+def _silence_faults(course: Sequence[Disturbance], facts: Facts) -> Iterator[Diagnostic]:
+    """Faults of the silences among disturbances of one run."""
     silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
-    for each in task.disturbances if task and facts.system.plant else ():
+    for each in course:
         for _, action in each.actions_on("samples"):
             silences[action.name].append((each, action.place))
     for name, found in silences.items():

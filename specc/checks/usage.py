@@ -228,10 +228,8 @@ def _needed_by_agents(facts: Facts) -> set[str]:
     for requirement in facts.formulas:
         for part in expressions_in(requirement.formula):
             found |= _named(walk(part))
-    task = system.task
-    disturbances = task.disturbances if task else ()
-    starts = task.starts if task else ()
-    for start in (*starts, *(number for each in disturbances for number in each.numbers)):
+    numbers = (number for each in system.disturbances for number in each.numbers)
+    for start in (*system.starts, *numbers):
         for part in start.texts:
             found |= _named(walk(part))
     for binding in system.plant.bindings if system.plant else ():

@@ -398,6 +398,15 @@ def _graph(command: Parser) -> None:
     _add_force(command)
 
 
+def _doc(command: Parser) -> None:
+    add = command.add_argument
+    add("spec", metavar="SPEC")
+    words = "folder for the files SYSTEM.html and SYSTEM.pdf (default: SYSTEM-doc)"
+    add("--out", metavar="DIR", help=words)
+    words = "tables of what differs from a publication: where, what is wrong, what was chosen"
+    add("--departures", metavar="FILE.md", help=words)
+
+
 def _plot(command: Parser) -> None:
     add = command.add_argument
     add("file", metavar="FILE.mcap")
@@ -423,6 +432,8 @@ def _run(command: Parser) -> None:
     add("spec", metavar="SPEC")
     words = "take this value for a constant or for a parameter, `arm.hand.force`; may be repeated"
     add("--set", metavar="NAME=VALUE", action=CollectValues, default={}, help=words)
+    words = "make a run of this scenario of the specification, as `specc test` does"
+    add("--scenario", metavar="NAME", help=words)
     _add_policy(command)
     _add_stop(command)
     words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`; may be repeated"
@@ -433,6 +444,29 @@ def _run(command: Parser) -> None:
     add("--ui", metavar="PORT", type=number_between(int, 0, 65535), help=words)
     command.alone = {"--ui": "--ui=0"}
     _add_from_runtime(command, "add_arguments")
+
+
+def _test(command: Parser) -> None:
+    add = command.add_argument
+    add("specs", metavar="SPEC", nargs="+", help="file, directory or pattern")
+    words = "only scenarios with this text in their names; may be repeated"
+    add("-k", metavar="TEXT", dest="names", action="append", default=[], help=words)
+    add("--fail-fast", action="store_true", help="end once a scenario fails, whatever is left")
+    words = "only the scenarios that failed the last time; all if none did"
+    add("--last-failed", action="store_true", help=words)
+    words = "runs at once (default: one for each core)"
+    add("--jobs", metavar="N", type=number_between(int, 1, 9999), help=words)
+    words = "wall time after which a run is ended (default: %(default)g s)"
+    add("--limit", metavar="S", type=number_between(float, 1e-3, 1e7), default=600.0, help=words)
+    words = "steps of the exploration; 0 for none (default: %(default)s)"
+    steps = number_between(int, 0, 99_999_999)
+    add("--budget", metavar="STEPS", type=steps, default=200_000, help=words)
+    words = "failures of a scenario that are recorded (default: %(default)s)"
+    add("--recordings", metavar="N", type=number_between(int, 0, 9999), default=10, help=words)
+    words = "folder for results and recordings (default: specc-test, if something fails)"
+    add("--out", metavar="DIR", help=words)
+    add("--junit", metavar="FILE.xml", help="write the results as JUnit's XML, too")
+    _add_policy(command)
 
 
 def _sweep(command: Parser) -> None:
@@ -493,6 +527,8 @@ COMMANDS = tuple(starmap(Command, (
     ("run", "run:run", "simulate a specification", _run),
     ("sweep", "sweep:sweep",
      "run a specification many times: over values of constants, and over seeds", _sweep),
+    ("test", "test:run_test",
+     "validate specifications, explore them and run their scenarios", _test),
     ("fmt", "commands:fmt", "put specifications into the canonical layout", _fmt),
     ("status", "show:status", "show which steps of the design are done", _spec_and_format),
     ("init", "init:init", "start a specification that runs at once", _init),
@@ -501,6 +537,7 @@ COMMANDS = tuple(starmap(Command, (
     ("ages", "show:ages", "show how old values are where they are read", _spec_and_format),
     ("graph", "show:graph", "draw the structure, a state machine, frames or a data flow", _graph,
      True),
+    ("doc", "doc:doc", "write a document in the notation of the paper, as HTML and PDF", _doc),
     ("explore", "explore:run_explore",
      "step all machines together and show where they cannot go on", _explore),
     ("diff", "commands:diff", "say what changed in what a specification means", _diff),

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 from specc.atomic_files import sync, temporary_folder
 from specc.cli import streams
 from specc.cli.recordings import call_runtime, recorded_texts, write_package
-from specc.diagnostics.report import report
+from specc.diagnostics.report import Report, report
 from specc.lang.show import show
 from specc.model.requirement import horizon_s
 from specc.refusal import Refused, reason_of
 
 if TYPE_CHECKING:
-    from specc.pipeline import Build
+    from specc.pipeline import Build, Result
+    from specc.policy import Overrides
     from specc.tools.explore.explorer import Exploration
     from specc.tools.explore.findings import TracedFinding
 
@@ -39,11 +40,7 @@ def run_explore(options: Namespace) -> int:
     found = explore(result.proofs, options.budget)
     traces = _record_all(found, built, options.spec, Path(options.traces)) if built else []
     interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in traces)
-    explored = tuple(finding.diagnostic for finding in found.findings)
-    # Other findings are left aside, and so are the comments about them.
-    only_explored = replace(result, diagnostics=explored, is_part=True)
-    judged = inspect.judge_findings(options.spec, only_explored, inspect.overrides_of(options))
-    findings = replace(report(judged.findings, [options.spec]), ignored=judged.ignored)
+    findings = judged_report(found, result, options.spec, inspect.overrides_of(options))
     if options.format == "json":
         text = _as_json(result.system.name, found, traces, interrupted=interrupted)
         streams.print_output(text, "json")
@@ -54,6 +51,17 @@ def run_explore(options: Namespace) -> int:
     if interrupted:
         raise KeyboardInterrupt
     return code
+
+
+def judged_report(found: Exploration, result: Result, spec: str, overrides: Overrides) -> Report:
+    """The report about what was explored, as the settings want it."""
+    from specc.cli import inspect
+
+    explored = tuple(finding.diagnostic for finding in found.findings)
+    # Other findings are left aside, and so are the comments about them.
+    only_explored = replace(result, diagnostics=explored, is_part=True)
+    judged = inspect.judge_findings(spec, only_explored, overrides)
+    return replace(report(judged.findings, [spec]), ignored=judged.ignored)
 
 
 def _as_text(found: Exploration, traces: Sequence[Recorded], budget: int) -> str:
@@ -254,7 +262,7 @@ def _record(
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
-    every = built.result.system.monitored
+    every = built.result.system.run_requirements
     required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
     ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)

@@ -108,6 +108,7 @@ class PageRuns:
         words = ["-m", "specc.tools.page.live", str(theirs.fileno()), options.spec]
         words += ["--port", str(options.ui)]
         words += [f"--set={name}={text}" for name, text in options.set.items()]
+        words += [] if options.scenario is None else [f"--scenario={options.scenario}"]
         path = os.pathsep.join(filter(None, sys.path))
         with theirs:
             self._server = subprocess.Popen(

@@ -112,6 +112,13 @@ def constants_for(file: object, about: Any, spec: str) -> dict[str, str]:
     return recorded_constants(about)
 
 
+def as_recorded(result: Result, about: Any) -> Result:
+    """A specification as the recorded run had it: in its scenario, if that is still there."""
+    scenarios = result.system.scenarios if result.system else ()
+    name = about.get("scenario", "")
+    return result.in_scenario(name) if name in {each.name for each in scenarios} else result
+
+
 def recover(options: Namespace) -> int:
     """Make a clean file with an index of a recording that was cut; 2 if there is none in it."""
     out = Path(options.out or options.file)
@@ -139,11 +146,14 @@ def replay(options: Namespace) -> int:
     if not spec:
         raise missing_spec(options.file, about, ["specc", "replay", options.file])
     skips = call_runtime("recording.messages", "followed_the_clock", about)
-    built = pipeline.build(
-        spec, constants_for(file, about, spec), is_read=False, tests_all_rows=skips
+    result = pipeline.compile_spec(spec, constants_for(file, about, spec))
+    if not result.ok or result.system is None:
+        return streams.print_findings(result, spec) or DIFFERS
+    built = pipeline.generated(
+        as_recorded(result, about), spec, is_read=False, tests_all_rows=skips
     )
     result = built.result
-    if not result.ok or result.system is None:
+    if not built.files or result.system is None:
         return streams.print_findings(result, spec) or DIFFERS
     names = [s.qualified_name for s in result.system.subsystems]
     only = options.subsystem or ""

@@ -72,7 +72,7 @@ def report(options: Namespace) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class _Run:
+class _ReportInput:
     """A recording in the report: its excerpt, and what the tables say of it."""
 
     section: Section
@@ -87,7 +87,7 @@ class _Report:
 
     def __init__(self, options: Namespace, files: Sequence[tuple[str, bool]]) -> None:
         self._options, self._files = options, files
-        self._runs: list[_Run] = []
+        self._runs: list[_ReportInput] = []
         self._unusable: list[str] = []
         self._results: dict[tuple[tuple[str, str], ...], Result] = {}
         """The user's specification, by the constants that were set."""
@@ -137,7 +137,7 @@ class _Report:
         section = Section(len(self._runs), file, key)
         facts = list(_facts(file, run, about, index.report))
         self._runs.append(
-            _Run(section, text, str(run.hello()["title"]), facts, _row(section, facts))
+            _ReportInput(section, text, str(run.hello()["title"]), facts, _row(section, facts))
         )
         return int(print_losses(index.reading))
 

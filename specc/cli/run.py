@@ -40,6 +40,8 @@ def _run(options: Namespace, runs: PageRuns | None) -> int:
     """Build and simulate; `runs` show it."""
     from specc import pipeline
 
+    if options.scenario is not None:
+        _take_scenario(options)
     if options.resume:
         options.set = resumed_constants(options)
     built = pipeline.build(
@@ -47,6 +49,7 @@ def _run(options: Namespace, runs: PageRuns | None) -> int:
         options.set,
         stop_when=options.stop_when,
         publish=tuple(options.publish),
+        scenario=options.scenario,
         is_read=False,
         tests_all_rows=options.real_time,
     )
@@ -65,6 +68,22 @@ def _run(options: Namespace, runs: PageRuns | None) -> int:
         if options.resume:
             options.past = recorded_package(options, built, Path(scratch, "recorded"))
         return _launch(directory, options, built.result.sources, runs)
+
+
+def _take_scenario(options: Namespace) -> None:
+    """Let a run be as its scenario says, unless the command line says otherwise.
+
+    Raises Refused if there is no such scenario.
+    """
+    from specc import pipeline
+
+    result = pipeline.read_spec(options.spec)
+    scenario = result.scenario(options.scenario)
+    if scenario is None:
+        return  # the errors of the specification are reported
+    options.set = dict(scenario.settings) | options.set
+    if options.duration_s is None and options.cycles is None:
+        options.duration_s, options.cycles = scenario.duration_s, scenario.cycles
 
 
 def judge_for_run(options: Namespace, result: Result) -> JudgedFindings:

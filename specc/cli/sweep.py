@@ -7,7 +7,6 @@ import platform
 import shlex
 import shutil
 import sys
-import time
 import uuid
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,6 +19,7 @@ from specc import __version__
 from specc.atomic_files import write_atomically
 from specc.cli import streams
 from specc.cli.interruption import MESSAGE, exit_code
+from specc.cli.progress import RunProgress
 from specc.cli.run import judge_for_run
 from specc.diagnostics.phrases import counted, join_some
 from specc.diagnostics.report import Report, report
@@ -28,7 +28,6 @@ from specc.refusal import Refused, missing_package, reason_of
 from specc.tools.sweep import summary
 from specc.tools.sweep.running import Figures, SweepJob
 from specc.tools.sweep.sweeping import (
-    RENEWED_S,
     InputFiles,
     bundle_of,
     carry_out,
@@ -238,7 +237,7 @@ def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, fi
     else:
         made = local_workers(name, folder.path / _WORK, bundle, workers)
     with made as (pool, room):
-        progress = _Progress(count, done)
+        progress = RunProgress(count, done)
         runs = counted(len(missing), "run")
         streams.print_message(f"specc: {runs}, {room} at once, into {folder.path}")
         if not room:
@@ -249,41 +248,6 @@ def _run(options: Namespace, plan: _Plan, folder: Folder, inputs: InputFiles, fi
             carry_out(folder, jobs, pool, progress.update, partial(plan.write_table, folder))
         finally:
             progress.close()
-
-
-class _Progress:
-    """How many runs are done and how long the rest may take: a line that changes, or a log."""
-
-    def __init__(self, count: int, before: int) -> None:
-        self._count, self._before = count, before
-        self._begun_s = self._shown_s = time.monotonic()
-        self._live = sys.stderr.isatty()
-
-    def update(self, done: int) -> None:
-        """So many runs are done now, besides those from before."""
-        now_s = time.monotonic()
-        if now_s - self._shown_s < (0.2 if self._live else RENEWED_S):
-            return
-        self._shown_s = now_s
-        words = f"{self._before + done} of {counted(self._count, 'run')}"
-        if done:
-            left = self._count - self._before - done
-            words += f", {_duration((now_s - self._begun_s) / done * left)} left"
-        if self._live:
-            streams.update_status_line(words)
-        else:
-            streams.print_message(words)
-
-    def close(self) -> None:
-        """The last line is no longer true."""
-        if self._live:
-            streams.update_status_line("")
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 # Results.

@@ -13,6 +13,7 @@ from specc.cli import streams
 from specc.cli.page import check_free
 from specc.cli.recordings import (
     DIFFERS,
+    as_recorded,
     call_runtime,
     constants_for,
     print_losses,
@@ -77,6 +78,7 @@ def recorded_run(
     about, texts = call_runtime("recording.messages", "recorded", index.path)
     notices: list[str] = []
     result = given or _read_texts(about, texts, notices)
+    result = result and as_recorded(result, about)
     if given and [*texts.values()] != [*recorded_texts(given.sources).values()]:
         notices.append(f"{spec} is not as it was recorded")
 

@@ -10,6 +10,7 @@ from typing import Any
 from specc.cli import streams
 from specc.cli.recordings import (
     DIFFERS,
+    as_recorded,
     call_runtime,
     constants_for,
     missing_spec,
@@ -44,8 +45,9 @@ def why(options: Namespace) -> int:
     result = pipeline.compile_spec(options.spec, constants_for(file, about, options.spec))
     if not result.ok or result.system is None:
         return streams.print_findings(result, options.spec) or DIFFERS
-    is_exact = about.get("exact") == "true"
-    moment_report = _MomentReport(options, result.system, result.sources, is_exact)
+    is_exact, system = about.get("exact") == "true", as_recorded(result, about).system
+    assert system is not None
+    moment_report = _MomentReport(options, system, result.sources, is_exact)
     return moment_report.print_out([*texts.values()] != [*recorded_texts(result.sources).values()])
 
 
@@ -106,7 +108,7 @@ class _MomentReport:
     def _violations(self) -> Iterator[WhyLine]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
         found = call_runtime("recording.moment", "violations", self._index, self._time_s)
-        required = {each.that: each for each in self._system.monitored}
+        required = {each.that: each for each in self._system.run_requirements}
         steps = partial(call_runtime, "recording.moment", "last_steps", self._index)
         for that, since_s in found[:_MOST_VIOLATIONS]:
             yield from self._explainer.violation(that, since_s, required.get(that), steps)

@@ -164,6 +164,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
             "inverse(X)", "takes a pose", rules.inverted_pose, wanted=rules.inverted_pose
         ),
         value=values.inverse,
+        notation="power -1",
         may_fail=False,
         propagates=True,
         inverse=lambda types, now, value: iter([(0, values.inverse(value))]),
@@ -230,6 +231,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         ),
         value=len,
         python="",
+        notation="bars",
         bounds=ranges.NOT_NEGATIVE,
         inverse=_from_len,
     ),
@@ -237,6 +239,7 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         "v -> real: length of a vector, in its unit",
         rules.unary_rule("norm(vector)", "takes a vector of reals", rules.real_element),
         value=lambda v: math.hypot(*v),
+        notation="double bars",
         may_fail=False,
         propagates=True,
         bounds=ranges.NOT_NEGATIVE,

@@ -444,6 +444,8 @@ class BuiltinFunction:
     form: Callable[[Type], Form | str] = lambda type: ""
     """How generated code writes it, by the type of the first argument: in a form, by another name
     of its module, or as a call if that is "". `show` writes what has no rule in this form, too."""
+    notation: Literal["", "bars", "double bars", "root", "power -1"] = ""
+    """How documents write it, unless by its name."""
     rounds: bool = True
     """Whether its result may differ from that of exact numbers."""
     may_fail: bool = True
@@ -473,6 +475,8 @@ class BuiltinFunction:
     """The arguments between which the result lies: the lower and the upper limit."""
     is_size: bool = False
     """Whether it is its argument without the sign."""
+    turns_at: tuple[float, ...] = ()
+    """The numbers around which its result jumps."""
     compares: bool = False
     """Whether it says how its first two arguments, which may change places, compare within what
     the others allow, as `near` does."""

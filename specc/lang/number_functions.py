@@ -192,6 +192,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         ),
         value=abs,
         python="",
+        notation="bars",
         bounds=ranges.NOT_NEGATIVE,
         range=ranges.absolute,
         is_size=True,
@@ -261,6 +262,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         is_overridable=True,
         value=sign,
         bounds=(-1, 1),
+        turns_at=(0,),
         range=lambda a: (sign(a[0]), sign(a[1])),
         term=lambda of, a: of.choice(
             a > 0, of.whole(1), of.choice(a < 0, of.whole(-1), of.whole(0))
@@ -306,6 +308,7 @@ NUMBER_FUNCTIONS: dict[str, BuiltinFunction] = {
         ),
         value=math.sqrt,
         python="math",
+        notation="root",
         overflows=False,
         propagates=True,
         is_foldable=True,

@@ -43,18 +43,19 @@ _MODULES_OF_PYTHON = """
 
 _PACKAGES = """
     _ruamel_yaml OpenGL PIL absl action_msgs actionlib_msgs ament_index_python annotated_types
-    argcomplete
+    argcomplete brotli
     attr attrs builtin_interfaces cattr cattrs click cloudpickle cmeel coal contourpy
     control_msgs cv2 cycler dask dateutil diagnostic_msgs distributed dot_parser eigenpy etils
     fontTools fsspec geometry_msgs glfw hppfcl hypothesis importlib_resources jinja2 jsonschema
-    kiwisolver launch lifecycle_msgs locket lsprotocol lz4 markdown_it markupsafe matplotlib
-    mcap mdurl moveit_msgs mpl_toolkits msgpack mujoco nav_msgs networkx numpy orjson packaging
+    kiwisolver latex2mathml launch lifecycle_msgs locket lsprotocol lz4 markdown_it markupsafe
+    matplotlib mcap mdurl moveit_msgs mpl_toolkits
+    msgpack mujoco nav_msgs networkx numpy orjson packaging
     partd pathspec pinocchio pip pkg_resources psutil pydantic pydantic_core pygls pygments
     pygraphviz pylab pyparsing pytest rcl_interfaces rclpy rich rosgraph_msgs rosidl_runtime_py
     rpyutils ruamel ruckig ruff scipy sensor_msgs setuptools shape_msgs six sortedcontainers
     specc specc_runtime std_msgs std_srvs tblib tf2_msgs tf2_py tf2_ros tlz toolz tornado
-    trajectory_msgs typing_extensions typing_inspection unique_identifier_msgs urllib3
-    visualization_msgs websockets yaml z3 zict zipp zmq zstandard
+    trajectory_msgs typst typing_extensions typing_inspection unique_identifier_msgs urllib3
+    visualization_msgs websockets yaml z3 ziafont ziamath zict zipp zmq zstandard
 """
 
 PACKAGES = frozenset((_MODULES_OF_PYTHON + _PACKAGES).split())

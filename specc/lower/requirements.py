@@ -79,7 +79,7 @@ def requirements_plan(
     system: System, types: PythonTypes, tick_s: Fraction, *, triggers: bool
 ) -> FilePlan:
     """What the module of the requirements, or of the triggers, of a system contains."""
-    required = system.triggers if triggers else system.monitored
+    required = system.triggers if triggers else system.run_requirements
     readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
     elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())

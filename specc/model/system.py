@@ -23,7 +23,8 @@ from specc.model.fsm import (
     Transition,
 )
 from specc.model.requirement import FormulaLet, Requirement
-from specc.model.task import Task
+from specc.model.scenario import Scenario
+from specc.model.task import Disturbance, Draw, Task
 from specc.model.types import Type, nested_types
 from specc.model.units import Unit
 from specc.source import Place
@@ -134,6 +135,8 @@ class Operator:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
+    """How documents write it, where the name does not say it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +153,7 @@ class Constant:
     place: Place
     bounds: tuple[float, float] | None = None
     initial: Number | None = None
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +184,7 @@ class Element:
     """Of what a device accepts."""
     event: bool = False
     """Whether none of the values that are received may be missed."""
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +225,7 @@ class Memory:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +237,7 @@ class Let:
     title: str
     trace: Trace
     place: Place
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -418,6 +425,7 @@ class Agent:
     """The control subsystem first, then virtual effectors and receptors in file order."""
     devices: tuple[Device, ...]
     place: Place
+    trace: Trace = Trace()  # noqa: RUF009  # frozen
 
 
 @dataclass(frozen=True, slots=True)
@@ -493,18 +501,25 @@ class System:
     """Names for parts of formulas, and what they stand for."""
     stop_when: Requirement | None = None
     """The formula that ends a run, which the command line gives."""
+    scenarios: tuple[Scenario, ...] = ()
     contracts: tuple[Requirement, ...] = ()
     """What devices do with commands."""
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
-        """All formulas about runs: requirements, contracts, triggers, formulas that have names."""
+        """All formulas about runs: those that runs monitor, and formulas that have names."""
         named = (each.formula for each in self.formula_lets if each.formula is not None)
-        return (*self.monitored, *self.triggers, *named)
+        return (*self.monitored, *named)
 
     @property
     def monitored(self) -> tuple[Requirement, ...]:
-        """What every run is watched for: the requirements, then the contracts of devices."""
+        """The formulas that some run monitors: those of every run, triggers, those of scenarios."""
+        of_scenarios = (item for each in self.scenarios for item in each.formulas)
+        return (*self.run_requirements, *self.triggers, *of_scenarios)
+
+    @property
+    def run_requirements(self) -> tuple[Requirement, ...]:
+        """What every run is monitored for: the requirements, then the contracts of devices."""
         return (*self.requirements, *self.contracts)
 
     @property
@@ -512,6 +527,27 @@ class System:
         """The formulas that disturbances wait for, in order; last the one that ends a run."""
         disturbances = self.task.disturbances if self.task else ()
         return tuple(filter(None, (*(each.when for each in disturbances), self.stop_when)))
+
+    @property
+    def courses(self) -> tuple[tuple[Disturbance, ...], ...]:
+        """The disturbances that happen in one run: those of the task, then of each scenario."""
+        usual = self.task.disturbances if self.task else ()
+        own = (
+            (() if each.is_undisturbed else usual) + each.disturbances for each in self.scenarios
+        )
+        return (usual, *own)
+
+    @property
+    def disturbances(self) -> tuple[Disturbance, ...]:
+        """All disturbances, each once: of the task and of scenarios."""
+        usual = self.task.disturbances if self.task else ()
+        return (*usual, *(one for each in self.scenarios for one in each.disturbances))
+
+    @property
+    def starts(self) -> tuple[Draw, ...]:
+        """Where joints are when a run begins: by the task, and by scenarios."""
+        usual = self.task.starts if self.task else ()
+        return (*usual, *(draw for each in self.scenarios for draw in each.starts))
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -41,7 +41,9 @@ constant that may change; a button of the panel, and what else there is on it.
 """
 
 
-OF_ELEMENTS: tuple[Subject, ...] = ("samples", "measurement", "button", "control")
+OF_PANEL: tuple[Subject, ...] = ("button", "control")
+"""Subjects that are on the operator's panel."""
+OF_ELEMENTS: tuple[Subject, ...] = ("samples", "measurement", *OF_PANEL)
 """Subjects that are elements of devices."""
 
 
@@ -119,7 +121,8 @@ class DisturbanceAction:
 class Disturbance:
     """What happens to the plant while a run goes on, from a time on or once `when` holds then.
 
-    Times are in s; `every` is the time to the next repetition.
+    Times are in s; `delay` is the time from then until it begins, `every` that to the next
+    repetition.
     """
 
     because: str
@@ -130,6 +133,7 @@ class Disturbance:
     duration: Draw | None
     actions: tuple[DisturbanceAction, ...]
     place: Place
+    delay: Draw | None = None
 
     def actions_on(self, *subjects: Subject) -> Iterator[tuple[Verb, DisturbanceAction]]:
         """The actions on some kinds of subjects, or all actions if none are given."""
@@ -151,7 +155,7 @@ class Disturbance:
     @property
     def times(self) -> tuple[Draw, ...]:
         """The draws that say when it happens, how often and for how long."""
-        drawn = self.at, self.every, self.probability, self.duration
+        drawn = self.at, self.delay, self.every, self.probability, self.duration
         return tuple(draw for draw in drawn if draw is not None)
 
 

@@ -27,7 +27,14 @@ from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver, Lets
 from specc.resolve.reuse import Setting, is_agent
-from specc.resolve.simulation import resolve_plant, resolve_task, why_untimely
+from specc.resolve.scenarios import resolve_scenarios
+from specc.resolve.simulation import (
+    DisturbanceReader,
+    disturbance_reader,
+    resolve_plant,
+    resolve_task,
+    why_untimely,
+)
 from specc.resolve.uses import definitions_of, named_in_agents, types_named
 from specc.schema.files import AgentDef
 from specc.source import beside, relative_path
@@ -93,6 +100,12 @@ def resolve(
     requirements = formulas.requirements(spec.require, file.top["require"])
     contracts = _contracts(resolver.contracts, world, findings)
     named = types_named(findings, file.path)
+    reader = disturbance_reader(
+        lambda text, at: formulas.requirement(text, "", at),
+        Expressions(findings, definitions),
+        agents,
+        plant,
+    )
     operators: dict[str, Operator] = {}
     for operator in (each for used in known for each in used.operators.values()):
         operators.setdefault(operator.name, operator)
@@ -107,7 +120,7 @@ def resolve(
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
-        _task(file, formulas, resolver),
+        _task(file, formulas, reader, resolver),
         definitions_of(spec, file.top, named),
         named_in_agents(named, findings, file.path),
         reach.folders,
@@ -115,6 +128,7 @@ def resolve(
         tuple(tuple(used.constants.values()) for used in resolver.instances),
         tuple(formulas.lets.found),
         None if stop_when is None else _stop(formulas, stop_when),
+        resolve_scenarios(file, formulas, reader, given),
         contracts,
     )
     given.report_unknown(findings)
@@ -160,21 +174,20 @@ def _plant(
     return plant
 
 
-def _task(file: Loaded, formulas: FormulaResolver, resolver: AgentResolver) -> Task | None:
-    """Resolve the task, if there is one, with its disturbances and their `formulas`."""
+def _task(
+    file: Loaded, formulas: FormulaResolver, reader: DisturbanceReader, resolver: AgentResolver
+) -> Task | None:
+    """Resolve the task, if there is one, with its disturbances."""
     definition = file.spec.task
     if definition is None:
         return None
-    known = formulas.expressions
     return resolve_task(
         definition,
         file.top["task"],
         tuple(formulas.world.agents),
-        formulas.world.plant,
         resolver.broken | resolver.faulty,
-        Expressions(known.findings, known.definitions),
+        reader,
         resolver.library.set_values,
-        lambda text, at: formulas.requirement(text, "", at),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
+from specc.model.fsm import Trace
 from specc.model.system import Agent, Device, DeviceKind, Port, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_memory, resolve_ports
 from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
@@ -88,6 +89,7 @@ class OpenAgent:
     subsystems: tuple[Subsystem | OpenSubsystem, ...]
     devices: tuple[Device, ...]
     place: Place
+    trace: Trace = Trace()  # noqa: RUF009  # frozen
 
 
 @dataclass(eq=False, slots=True)
@@ -113,7 +115,8 @@ class AgentResolver:
             self._close(each) if isinstance(each, OpenSubsystem) else each
             for each in agent.subsystems
         )
-        return Agent(agent.name, agent.kind, agent.title, subsystems, agent.devices, agent.place)
+        own = agent.name, agent.kind, agent.title, subsystems, agent.devices, agent.place
+        return Agent(*own, agent.trace)
 
     def open(
         self,
@@ -146,7 +149,8 @@ class AgentResolver:
         subsystems += self._virtual(name, definition, where, at)
         devices = tuple(self._devices(name, definition, where, at))
         found = tuple(s for s in subsystems if s is not None)
-        return OpenAgent(name, definition.kind or "", definition.title, found, devices, where.key)
+        parts = definition.kind or "", definition.title, found, devices, where.key
+        return OpenAgent(name, *parts, trace_of(definition))
 
     def _reused(
         self,

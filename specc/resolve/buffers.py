@@ -111,7 +111,8 @@ def _memory(
             expressions.broken.add(name)
         else:
             init = init or unknown_at(at, type_)
-            found.append(Memory(name, type_, init, item.title, trace_of(item), at.key))
+            parts = item.title, trace_of(item), at.key, item.symbol or ""
+            found.append(Memory(name, type_, init, *parts))
     return tuple(found)
 
 
@@ -154,7 +155,7 @@ def _lets(
             expressions.broken.add(name)
             continue
         value = inlined(value, indices)
-        found.append(Let(name, value, item.title, trace_of(item), at.key))
+        found.append(Let(name, value, item.title, trace_of(item), at.key, item.symbol or ""))
         if _is_unambiguous(name, expressions):
             lets[name] = Declaration(value.type, at.key, value)
     return tuple(found), replace(scope, all_lets=())

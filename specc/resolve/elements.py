@@ -50,7 +50,9 @@ def _element(
     is_received = isinstance(definition, ReceivedDef)
     age = duration_in(definition, at, "max_age", expressions.findings) if is_received else None
     event = isinstance(definition, InputDef) and definition.event
-    return Element(name, type_, init, definition.title, trace, at.key, age, event=event)
+    symbol = definition.symbol or ""
+    parts = name, type_, init, definition.title, trace, at.key, age
+    return Element(*parts, event=event, symbol=symbol)
 
 
 # What a device gets when a run ends: an expression over what the device reported last.
@@ -195,6 +197,7 @@ def extended(
             new,
             init=old.init if item.init is None else new.init,
             title=new.title or old.title,
+            symbol=new.symbol or old.symbol,
             trace=old.trace if new.trace == Trace() else new.trace,
             max_age_s=old.max_age_s if new.max_age_s is None else new.max_age_s,
             event=new.event if "event" in item.given_keys else old.event,

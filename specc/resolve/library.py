@@ -243,6 +243,7 @@ class Library:
                 definition.title,
                 trace_of(definition),
                 where.key,
+                definition.symbol or "",
             )
 
     def _is_allowed(self, parts: int, where: Place) -> bool:
@@ -287,7 +288,8 @@ class Library:
             is_set = not self.shared and name in self.set_values.texts
             known = self._built.get(file.path) if is_set else None
             constant = known.constants.get(name) if known else None
-            constant = constant or Constant(name, value, definition.title, place)
+            symbol = definition.symbol or ""
+            constant = constant or Constant(name, value, definition.title, place, symbol=symbol)
             if definition.range or definition.live:
                 constant = self._bounded(constant, definition, where, expressions)
             if constant is None:

@@ -112,12 +112,13 @@ class Loader:
             hint = "describe repeated parts once, in a file of their own, or split the system"
             self.findings.report("E0017", message, top["agents"].key, help=hint)
             return None
-        if named_at is not None and (spec.require or spec.let) and spec.system is None:
-            message = "only systems have requirements, and this file is used by others"
-            hint = "move `require` to the file of the system, with the names of its agents"
-            self.findings.report(
-                "E0101", message, top["require" if spec.require else "let"].key, help=hint
-            )
+        of_systems = [key for key in ("require", "let", "scenarios") if getattr(spec, key)]
+        if named_at is not None and of_systems and spec.system is None:
+            what = "scenarios" if of_systems == ["scenarios"] else "requirements"
+            message = f"only systems have {what}, and this file is used by others"
+            moved = of_systems[0] if what == "scenarios" else "require"
+            hint = f"move `{moved}` to the file of the system, with the names of its agents"
+            self.findings.report("E0101", message, top[of_systems[0]].key, help=hint)
         return Loaded(path, spec, top)
 
     def _refuse(self, message: str, named_at: YamlNode | None) -> None:

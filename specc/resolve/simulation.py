@@ -34,11 +34,11 @@ from specc.schema.desugar import Desugared
 from specc.schema.files import (
     BindingDef,
     DrawDef,
+    MomentDef,
     PlantDef,
     Ros2Def,
     SceneDef,
     TaskDef,
-    TimedDef,
 )
 
 ReadFormula = Callable[[str, YamlNode], Requirement | None]
@@ -49,28 +49,19 @@ def resolve_task(
     definition: TaskDef,
     where: YamlNode,
     agents: tuple[Agent, ...],
-    plant: Plant | None,
     broken: Container[str],
-    expressions: Expressions,
+    reader: DisturbanceReader,
     given: SetValues,
-    condition: ReadFormula,
 ) -> Task:
     """Resolve the task with its disturbances; unknown names in it are reported.
 
     What is not in a subsystem that is `broken` may be missing only because of its errors.
     """
-    cycle = definition.cycle
+    cycle, expressions = definition.cycle, reader.expressions
     if cycle.of not in broken:
         _look_up(definition, where, agents, expressions.findings)
     scene = definition.scene or SceneDef()
-    starts = tuple(_starts(scene, where["scene"], expressions, given))
-    reported, bindings = reported_elements(agents), plant.bindings if plant else ()
-    panel = {
-        b.name: (b.panel, reported[b.name]) for b in bindings if b.panel and b.name in reported
-    }
-    reader = _DisturbanceReader(condition, expressions, panel)
-    at = where["disturb"]
-    found = [reader.disturbance(item, at[i]) for i, item in enumerate(definition.disturb)]
+    starts = tuple(starts_of(scene.starts, where["scene"], expressions, given))
     return Task(
         cycle.of,
         cycle.source,
@@ -80,7 +71,7 @@ def resolve_task(
         tuple(definition.watch),
         where.key,
         starts,
-        tuple(disturbance for disturbance in found if disturbance is not None),
+        reader.disturbances(definition.disturb, where["disturb"]),
     )
 
 
@@ -144,11 +135,11 @@ def _report_no_row(
 _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`"
 
 
-def _starts(
-    scene: SceneDef, where: YamlNode, expressions: Expressions, given: SetValues
+def starts_of(
+    starts: Mapping[str, DrawDef], where: YamlNode, expressions: Expressions, given: SetValues
 ) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
-    for name, item in scene.starts.items():
+    for name, item in starts.items():
         at = where[name]
         written = next((text for text, _ in _texts(item, at) if "[" in text), "")
         if other := given.of(f"scene.{name}", written):
@@ -228,7 +219,7 @@ def _number(
 
 
 @dataclass(frozen=True, slots=True)
-class _DisturbanceReader:
+class DisturbanceReader:
     """Resolves disturbances; `specc.checks` compares them with model and bindings."""
 
     condition: ReadFormula
@@ -236,12 +227,19 @@ class _DisturbanceReader:
     panel: Mapping[str, tuple[Widget, Element]]
     """What is on the panel, with the elements that it sets, by their names."""
 
-    def disturbance(self, item: TimedDef, at: YamlNode) -> Disturbance | None:
+    def disturbances(
+        self, items: Sequence[MomentDef], at: YamlNode, because: str = ""
+    ) -> tuple[Disturbance, ...]:
+        """Those without errors; `because` is the reason of one that gives none."""
+        found = [self._disturbance(item, at[i], because) for i, item in enumerate(items)]
+        return tuple(disturbance for disturbance in found if disturbance is not None)
+
+    def _disturbance(self, item: MomentDef, at: YamlNode, because: str) -> Disturbance | None:
         """The resolved disturbance, or None after reporting."""
         diagnostics = self.expressions.findings.diagnostics
         before = len(diagnostics)
         found = Disturbance(
-            " ".join(item.because.split()),
+            " ".join((getattr(item, "because", "") or because).split()),
             self._time("at", item.at, at),
             self._trigger(item.when, at["when"]),
             self._time("every", item.every, at),
@@ -249,17 +247,22 @@ class _DisturbanceReader:
             self._time("lasts", item.lasts, at),
             tuple(self._actions(item, at)),
             at.place,
+            self._time("delay", item.delay, at),
         )
         self._refuse_idle(found, item, at)
         return found if len(diagnostics) == before else None
 
-    def _refuse_idle(self, found: Disturbance, item: TimedDef, at: YamlNode) -> None:
+    def _refuse_idle(self, found: Disturbance, item: MomentDef, at: YamlNode) -> None:
         """Report a disturbance that never begins, does nothing or has a useless duration."""
         has_duration = any(action.has_duration for action in found.actions)
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
+        if item.delay is not None and item.when is None:
+            way = "add `when`, or let it begin later by `at`"
+            self._report(at["delay"], "a delay is counted from when something holds", way)
         if not found.actions:
-            way = f"add {join_words((f'`{verb}`' for verb in VERBS), 'or')}"
+            verbs = (f"`{verb}`" for verb in VERBS if hasattr(item, verb))
+            way = f"add {join_words(verbs, 'or')}"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not has_duration:
             last = [verb for verb, _ in found.actions_on()][-1]
@@ -290,22 +293,31 @@ class _DisturbanceReader:
             self._report(at, *wrong)
         return found
 
-    def _actions(self, item: TimedDef, at: YamlNode) -> Iterator[DisturbanceAction]:
+    def _actions(self, item: MomentDef, at: YamlNode) -> Iterator[DisturbanceAction]:
         """The actions of a disturbance, verb by verb."""
         for verb in VERBS.values():
-            given, own = getattr(item, verb.name), at[verb.name]
-            for index, name in enumerate(given if verb.numbers == "none" else ()):
-                place, lasts = own[index].place, verb.has_duration
-                if verb.subject == "button" and name in self.panel:
-                    lasts = self.panel[name][0].hold
+            given, own = getattr(item, verb.name, ()), at[verb.name]
+            for index, written in enumerate(given if verb.numbers == "none" else ()):
+                place, lasts, name = own[index].place, verb.has_duration, written
+                if verb.subject == "button":
+                    name = self._element(written)
+                    lasts = self.panel[name][0].hold if name in self.panel else lasts
                 yield DisturbanceAction(verb.name, name, (), place, lasts)
-            for name, numbers in given.items() if verb.numbers != "none" else ():
-                drawn = tuple(self._numbers(verb, name, numbers, own[name]))
+            for written, numbers in given.items() if given and verb.numbers != "none" else ():
+                name = self._element(written) if verb.subject == "control" else written
+                drawn = tuple(self._numbers(verb, name, numbers, own[written]))
                 if verb.subject == "constant":
                     self._note_constant(name, own)
                 yield DisturbanceAction(
-                    verb.name, name, drawn, own[name].key, has_duration=verb.has_duration
+                    verb.name, name, drawn, own[written].key, has_duration=verb.has_duration
                 )
+
+    def _element(self, name: str) -> str:
+        """The whole name of an element of the panel, of which the last word is enough if no other
+        one has it.
+        """
+        found = [each for each in self.panel if each.rpartition(".")[2] == name]
+        return found[0] if len(found) == 1 else name
 
     def _note_constant(self, name: str, at: YamlNode) -> None:
         """Note the constant of that name; one that there is not is reported."""
@@ -367,6 +379,20 @@ class _DisturbanceReader:
 
     def _report(self, at: YamlNode, message: str, help: str) -> None:
         self.expressions.findings.report("E0517", message, at.place, help=help)
+
+
+def disturbance_reader(
+    condition: ReadFormula,
+    expressions: Expressions,
+    agents: Iterable[Agent],
+    plant: Plant | None,
+) -> DisturbanceReader:
+    """What resolves the disturbances of a system; `condition` reads what they wait for."""
+    reported, bindings = reported_elements(agents), plant.bindings if plant else ()
+    panel = {
+        b.name: (b.panel, reported[b.name]) for b in bindings if b.panel and b.name in reported
+    }
+    return DisturbanceReader(condition, expressions, panel)
 
 
 _STAYS: dict[Subject, str] = {

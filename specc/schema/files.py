@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import create_model
 
 from specc.limits import MAX_DISTURBANCES, MAX_REQUIREMENTS
-from specc.model.task import VERBS
+from specc.model.task import OF_PANEL, VERBS
 from specc.reachable import reachable
 from specc.schema.keys import (
     OF_EACH,
@@ -15,6 +15,7 @@ from specc.schema.keys import (
     SCALARS,
     ArgumentText,
     ConstantText,
+    Denoted,
     FieldName,
     FilePath,
     GapText,
@@ -29,8 +30,10 @@ from specc.schema.keys import (
     RateText,
     ReadableName,
     Role,
+    SeedText,
     SilenceText,
     SpecModel,
+    SuccessText,
     Text,
     TopicName,
     Traced,
@@ -59,7 +62,7 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     codec: CodecDef | None = key(None, "How a value of an opaque type becomes bytes.")
 
 
-class ConstantDef(Traced, short="is", first="type is range live"):
+class ConstantDef(Denoted, short="is", first="type is range live"):
     """A value that never changes, or only as the range says."""
 
     type: WrittenType | None = key(None, "What the expression must be a value of.")
@@ -73,7 +76,7 @@ class ConstantDef(Traced, short="is", first="type is range live"):
     live: bool = key(False, "Whether it may change within the range while something runs.")
 
 
-class OperatorDef(Traced, first="signature python title"):
+class OperatorDef(Denoted, first="signature python title"):
     """A primitive function, written in Python."""
 
     signature: Annotated[str, Text(Role("signature"))] = key(
@@ -268,25 +271,31 @@ class SceneDef(SpecModel, short="is"):
     starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", alias=OTHERS)
 
 
-class TimedDef(SpecModel):
-    """What happens to the plant while a run goes on; no agent is told."""
+class MomentDef(SpecModel):
+    """When something happens while a run goes on, how often and for how long."""
 
     at: DrawDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
     when: Annotated[str, Text(Role("formula"))] | None = key(
         None, "A formula like those of `require`; it begins once that first holds."
     )
+    delay: DrawDef | None = key(None, "The time from then until it begins, e.g. `0.3[s]`.")
     every: DrawDef | None = key(None, "The time from one repetition to the next, e.g. `5[s]`.")
     probability: DrawDef | None = key(
         None, "How probable it is that it happens, drawn for each repetition: 0 to 1."
     )
     lasts: DrawDef | None = key(None, "For how long; to the end of the run if left out.")
+
+
+class TimedDef(MomentDef):
+    """What happens to the plant while a run goes on; no agent is told."""
+
     because: Annotated[str, Text(filled=True)] = key(
         about="What stands for it in the world; told in the report."
     )
 
 
 _SUBJECTS = {
-    "none": list[str],
+    "none": Annotated[list[str], ListForm(single=(str,))],
     "one": dict[str, DrawDef],
     "force": dict[str, Annotated[list[DrawDef], ListForm(min_length=3, max_length=3)]],
     "each": dict[
@@ -301,14 +310,31 @@ _VERBS: dict[str, Any] = {
     )
     for verb in VERBS.values()
 }
+_FIRST = "at every when delay probability lasts"
 DisturbanceDef = create_model(
     "DisturbanceDef",
     __base__=TimedDef,
     __doc__=TimedDef.__doc__,
-    __cls_kwargs__={"first": "at every when probability lasts"},
+    __cls_kwargs__={"first": _FIRST},
     **_VERBS,
 )
 """With a key for each verb."""
+
+
+class PanelMomentDef(MomentDef):
+    """What the operator does at the panel while a run goes on."""
+
+    because: str = key("", "What stands for it in the world, if not what the scenario is for.")
+
+
+OperationDef = create_model(
+    "OperationDef",
+    __base__=PanelMomentDef,
+    __doc__=PanelMomentDef.__doc__,
+    __cls_kwargs__={"first": _FIRST},
+    **{verb.name: _VERBS[verb.name] for verb in VERBS.values() if verb.subject in OF_PANEL},
+)
+"""With a key for each verb about the panel."""
 
 
 class TaskDef(SpecModel):
@@ -345,9 +371,43 @@ class RequirementDef(SpecModel, first="name let"):
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
 
 
+class ScenarioDef(
+    SpecModel,
+    first="because panel disturb undisturbed scene set seeds duration cycles expect success",
+):
+    """Runs that are put through something, and what is expected of them."""
+
+    because: Annotated[str, Text(filled=True)] = key(about="What is tried, or what it is for.")
+    panel: Annotated[
+        list[OperationDef],  # type: ignore[valid-type]  # made of the verbs
+        ListForm(max_length=MAX_DISTURBANCES),
+    ] = key([], "What the operator does meanwhile.")
+    disturb: Annotated[
+        list[DisturbanceDef],  # type: ignore[valid-type]  # made of the verbs
+        ListForm(max_length=MAX_DISTURBANCES),
+    ] = key([], "What happens meanwhile, besides the disturbances of the task.")
+    undisturbed: bool = key(False, "Whether the disturbances of the task do not happen.")
+    scene: dict[str, DrawDef] = key({}, "Where joints are, in place of what the task says.")
+    settings: dict[str, ConstantText] = key(
+        {}, "Constants and parameters, with the values that they get.", alias="set"
+    )
+    seeds: Annotated[list[SeedText], ListForm(single=(str, int), min_length=1)] = key(
+        ["0"], "Seeds of the runs, e.g. `0..9`; 0 if left out."
+    )
+    duration: ConstantText | None = key(
+        None, "How long a run is, e.g. `8[s]`; that of `specc run` if left out."
+    )
+    cycles: int | None = key(None, "How many cycles of the task end a run.")
+    expect: Annotated[
+        list[Annotated[str, Text(Role("formula"), filled=True)]],
+        ListForm(single=(str,), min_length=1, max_length=MAX_REQUIREMENTS),
+    ] = key(about="Formulas like those of `require`, which hold in a run that passes.")
+    success: SuccessText | None = None
+
+
 VERSIONS = (1, 1.1, 1.2, 1.3)
 """Of the language, the newest one last."""
-_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require"))
+_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require", "scenarios"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
 
 
@@ -394,6 +454,9 @@ class SpecFile(
     )
     require: Annotated[list[RequirementDef], ListForm(max_length=MAX_REQUIREMENTS)] = key(
         [], "What every run of the system is watched for."
+    )
+    scenarios: dict[ReadableName, ScenarioDef] = key(
+        {}, "What `specc test` puts the system through, and expects of it."
     )
 
     @property

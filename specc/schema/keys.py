@@ -27,6 +27,8 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from specc.lang.notation import NotationError, notation_of
+
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
     "interface", "subsystem", "device", "element", "memory", "let", "initial condition",
@@ -201,7 +203,7 @@ def is_model(kind: object) -> TypeGuard[type[SpecModel]]:
 
 OTHERS = "*"
 """Stands for all keys of a mapping that have no key of their own."""
-_LAST = ("because", "eq", "table", "fig", "title")
+_LAST = ("because", "eq", "table", "fig", "title", "symbol")
 _DEFINES, _STEP = "x-defines", "x-step"
 
 
@@ -378,6 +380,14 @@ def topic_fault(value: str) -> Fault | None:
     )
 
 
+def _symbol_fault(value: str) -> Fault | None:
+    try:
+        notation_of(value)
+    except NotationError:
+        return "is no symbol", "write a letter and what stands around it, e.g. `^B_{E_g} T_d`"
+    return None
+
+
 def _node_fault(value: str) -> Fault | None:
     return None if "~" not in value and not topic_fault(value) else topic_fault("")
 
@@ -440,6 +450,21 @@ RangeText = Annotated[
     str,
     Text(about="First and last value, e.g. `1..5`.", scalars=True, examples=("1..5", "0..3")),
 ]
+SeedText = Annotated[
+    str,
+    Text(
+        about="A seed, or the first and the last of several, e.g. `0..9`.",
+        scalars=True,
+        examples=("0..9", "3"),
+    ),
+]
+SuccessText = Annotated[
+    str,
+    Text(
+        about="How many of how many runs pass at least, e.g. `9 of 10`; all if left out.",
+        examples=("9 of 10",),
+    ),
+]
 RateText = Annotated[
     str,
     _quantity(
@@ -482,6 +507,15 @@ MessageName = Annotated[
         examples=("sensor_msgs/JointState", "std_msgs/Float64MultiArray"),
     ),
 ]
+SymbolText = Annotated[
+    str,
+    Text(
+        about="How documents write it, where its name does not say it: `dot(r)_p`.",
+        filled=True,
+        fault=_symbol_fault,
+        examples=("T_d", "dot(r)_p", "^B_{E_g} T_d", "alpha_1", "cal(F)"),
+    ),
+]
 PanelKey = Annotated[str, Text(scalars=True, fault=_panel_key_fault, examples=("s", "1"))]
 PythonPath = Annotated[
     str,
@@ -513,3 +547,9 @@ class Traced(SpecModel):
     eq: TraceNumbers = key((), "Equation number or numbers.")
     table: TraceNumbers = key((), "Table number or numbers.")
     fig: TraceNumbers = key((), "Figure number or numbers.")
+
+
+class Denoted(Traced):
+    """A part that formulas name, and that may have a symbol of its own in documents."""
+
+    symbol: SymbolText | None = None

@@ -10,6 +10,7 @@ from specc.schema.keys import (
     ArgumentText,
     BudgetText,
     ConstantText,
+    Denoted,
     DurationText,
     ExprText,
     FilePath,
@@ -31,7 +32,7 @@ from specc.schema.keys import (
 )
 
 
-class ElementDef(Traced, short="type"):
+class ElementDef(Denoted, short="type"):
     """An element of a communication buffer."""
 
     type: WrittenType
@@ -115,7 +116,7 @@ class CommandBufferDef(BufferDef, first="for is"):
     )
 
 
-class MemoryDef(Traced, first="for type"):
+class MemoryDef(Denoted, first="for type"):
     """A value that a subsystem keeps from period to period."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")
@@ -123,7 +124,7 @@ class MemoryDef(Traced, first="for type"):
     init: InitialText | None = key(None, "Value in the first period.")
 
 
-class LetDef(Traced, short="is", first="for type is"):
+class LetDef(Denoted, short="is", first="for type is"):
     """A named subexpression, computed at most once a period."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, alias="for")

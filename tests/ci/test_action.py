@@ -18,6 +18,7 @@ import pytest
 from specc.cli import main
 from specc.read import read_file
 from tests.policy.specs import write
+from tests.tools.scenarios.belt import scenario, spec
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = ROOT / "tests/diagnostics/sarif-2.1.0.json"
@@ -35,7 +36,9 @@ def repository(tmp_path: Path) -> Path:
     return folder
 
 
-def validate(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
+def validate(
+    folder: Path, script: str = "validate", **inputs: str
+) -> subprocess.CompletedProcess[str]:
     environment = {
         **{key: value for key, value in os.environ.items() if not key.startswith("GITHUB_")},
         "PYTHONPATH": str(ROOT),
@@ -43,7 +46,7 @@ def validate(folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
         "GITHUB_STEP_SUMMARY": str(folder.parent / "summary"),
         **{f"SPECC_{name.upper()}": value for name, value in inputs.items()},
     }
-    command = [str(ROOT / ".ci/validate"), str(folder.parent / "specc")]
+    command = [str(ROOT / ".ci" / script), str(folder.parent / "specc")]
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
@@ -77,12 +80,25 @@ def test_wrong_usage_fails_the_step(repository: Path) -> None:
     assert validate(repository, paths="b.yaml", arguments="--nonsense").returncode == 2
 
 
+@pytest.mark.long
+def test_scenarios_that_fail_fail_the_step(repository: Path) -> None:
+    belt = spec(repository, scenario("whole", "always(desk.c.v < 1[m/s])"), name="belt")
+    assert validate(repository, "test", test="").stdout == ""
+    done = validate(repository, "test", test="belt.yaml\n", junit="all.xml")
+    assert done.returncode == 0 and "passed  whole" in done.stdout
+    assert "passed  whole" in (repository.parent / "summary").read_text()
+    assert 'name="whole"/>' in (repository / "all.xml").read_text()
+    belt.write_text(belt.read_text().replace("desk.c.v < 1[m/s]", "desk.c.v < 0.1[m/s]"))
+    assert validate(repository, "test", test="belt.yaml").returncode == 1
+    assert (repository / "specc-test/whole-0.mcap").is_file()
+
+
 def test_the_action_gives_its_inputs_to_its_scripts() -> None:
     action: Any = read_file(str(ROOT / "action.yml")).data
-    install, check = action["runs"]["steps"]
-    used = " ".join(str(value) for step in (install, check) for value in step["env"].values())
+    steps = action["runs"]["steps"]
+    used = " ".join(str(value) for step in steps for value in step["env"].values())
     assert set(re.findall(r"inputs\.(\w+)", used)) == action["inputs"].keys()
-    for step in (install, check):
+    for step in steps:
         script = shlex.split(step["run"])[0].removeprefix("$GITHUB_ACTION_PATH/")
         assert os.access(ROOT / script, os.X_OK)
         names = set(re.findall(r"\$\{(\w+)[:}]", (ROOT / script).read_text()))

@@ -71,6 +71,7 @@ class FakePipeline:
         stop_when: str | None = None,
         is_read: bool = True,
         publish: object = (),
+        scenario: str | None = None,
         tests_all_rows: bool = False,
     ) -> FakeBuild:
         result = self.compile_spec(path)

@@ -43,6 +43,18 @@ def test_every_step_of_a_skeleton_is_done(
     assert capsys.readouterr().out.endswith("\nevery step is done\n")
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", skeletons())
+def test_a_skeleton_has_two_scenarios_that_pass(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["init", str(tmp_path), "--skeleton", name])
+    assert f"specc test {spec_in(tmp_path)}\n" in capsys.readouterr().out
+    assert main(["test", str(spec_in(tmp_path)), "--jobs", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[-2:]] == ["passed", "passed"]
+
+
 def test_nothing_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["init"]) == 0

@@ -39,6 +39,8 @@ FACTS = {
     "analysis/reaching.py": "which definitions give it its value",
     "checks/usage.py": "whether it is used",
     "checks/states.py": "which arrivals make it true",
+    "tools/doc/formulas.py": "how it is set in a document",
+    "tools/doc/equations.py": "whether a document writes it out where it is used",
     "tools/graph/machine.py": "its box in a drawing",
 }
 """Which other modules look through lets, and for what."""

@@ -32,6 +32,7 @@ def test_documented_make_targets_exist(document: str) -> None:
 EXTRAS = PROJECT["optional-dependencies"]
 NAMES = {
     "OpenGL": "PyOpenGL",
+    "fontTools": "fonttools",
     "_ruamel_yaml": "ruamel.yaml.clib",
     "cv2": "opencv-python-headless",
     "lsprotocol": "pygls",  # comes with it, in the versions that fit
@@ -53,10 +54,11 @@ def declared(*requirements: list[str]) -> set[str]:
     return {Requirement(text).name for text in chain(*requirements)} - {"specc"}
 
 
-def test_the_compiler_needs_no_extra_but_for_proofs_editors_pictures_sweeps_and_pages() -> None:
+def test_the_compiler_needs_no_extra_but_for_what_extras_are_for() -> None:
     imported = distributions(".", "specc") | {"ruff"}  # a program, not a module
-    extras = (EXTRAS[name] for name in ("proof", "editor", "graph", "sweep", "ui"))
-    assert imported == declared(PROJECT["dependencies"], *extras)
+    extras = (EXTRAS[name] for name in ("proof", "editor", "graph", "doc", "sweep", "ui"))
+    fonts = {"ziamath"}  # no module of it is imported
+    assert imported | fonts == declared(PROJECT["dependencies"], *extras)
 
 
 def test_the_runtime_needs_nothing_of_the_compiler() -> None:

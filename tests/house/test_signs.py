@@ -22,7 +22,9 @@ ASKED = {
     "proof/dependencies.py": "what is added up",
     "proof/solver/terms.py": "arithmetic that the solver has; factors without rounding",
     "proof/translate.py": "a difference as a distance",
-    "tools/explore/progressions.py": "the opposite of a progression",
+    "tools/doc/formulas.py": "how quotients, powers and opposites are set",
+    "tools/explore/cuts.py": "where an operand is cut by the other one",
+    "tools/explore/ranking.py": "what is added to a number",
 }
 """The modules that name an operator, and the question about its place in an expression."""
 OPERATOR = {"op", "word", "sign"}

@@ -38,6 +38,32 @@ def test_it_repeats(tmp_path: Path, disturb: str, times: int) -> None:
     assert begun(tmp_path, disturb) == (0.5, times)
 
 
+def test_what_waits_begins_after_its_delay(tmp_path: Path) -> None:
+    """Counted from the tick at which it would begin without one, each time anew."""
+    far = "when: 'plant.s > 0.5[m]'"
+    first_s, _ = begun(tmp_path, f"{far}, {PUSH}")
+    later_s, _ = begun(tmp_path, f"{far}, delay: '0.24[s]', {PUSH}")
+    assert first_s is not None and later_s == pytest.approx(first_s + 0.24)
+    assert begun(tmp_path, f"{far}, delay: '9[s]', {PUSH}") == (None, 0)
+    _, times = begun(tmp_path, f"{far}, every: '0.1[s]', delay: '0.3[s]', {PUSH}")
+    _, often = begun(tmp_path, f"{far}, every: '0.1[s]', {PUSH}")
+    assert 2 <= times < often
+    drawn = [begun(tmp_path, f"{far}, delay: ['0[s]', '1[s]'], {PUSH}", seed=n)[0] for n in (1, 2)]
+    assert drawn[0] != drawn[1]
+
+
+def test_a_delay_goes_on_in_a_run_that_begins_again(tmp_path: Path) -> None:
+    ran(tmp_path, f"when: 'plant.s > 0.1[m]', delay: '1[s]', move: {{cart: '-1[m]'}}, {PUSH}")
+    spec, record = tmp_path / "cart.yaml", tmp_path / "run.mcap"
+    options = ["--duration", "2", "--report", str(tmp_path / "report.json")]
+    assert main(["run", str(spec), *options, "--record", str(record)]) == 0
+    whole = json.loads((tmp_path / "report.json").read_text())
+    assert main(["run", str(spec), *options, "--from", f"{record}@0.9"]) == 0
+    resumed = json.loads((tmp_path / "report.json").read_text())
+    assert whole["disturbances"][0]["began_s"] > 1.0
+    assert resumed["disturbances"] == whole["disturbances"]
+
+
 def test_repetitions_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ran(tmp_path, f"at: '0.5[s]', every: '0.5[s]', {PUSH}")
     assert "happened 3 times, first at 0.500 s: of the test" in capsys.readouterr().out

@@ -61,8 +61,8 @@ def requirements_row(report: dict[str, Any]) -> str:
 
 
 def lines(path: Path) -> int:
-    """How long a file is."""
-    return len(path.read_text(encoding="utf-8").splitlines())
+    """How long a file is, without the scenarios of its system."""
+    return len(path.read_text(encoding="utf-8").partition("\nscenarios:\n")[0].splitlines())
 
 
 def shared(path: Path) -> set[Path]:

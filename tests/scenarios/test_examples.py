@@ -24,7 +24,9 @@ EACH = pytest.mark.parametrize("spec", [*FROM_WHEELS, pytest.param(CELL, id=CELL
     ("spec", "lines"), [*((spec, 199) for spec in WHEELS), (CELL, 235)], ids=str
 )
 def test_it_is_short(spec: Path, lines: int) -> None:
-    assert len(spec.read_text(encoding="utf-8").splitlines()) <= lines
+    """The system; what it is tried with comes after it."""
+    system, _, _ = spec.read_text(encoding="utf-8").partition("\nscenarios:\n")
+    assert len(system.splitlines()) <= lines
 
 
 @pytest.mark.parametrize("spec", WHEELS, ids=lambda spec: spec.stem)

@@ -159,6 +159,7 @@ def _about(options: Options, system: System, begin_s: float) -> dict[str, str]:
         "exact": str(options.record_exact).lower(),
         "from": str(ceil(begin_s / system.tick_s - _ROUNDING) or ""),  # as the run does
         "set": dumped(dict(options.built_with)).decode(),
+        **({"scenario": options.scenario} if options.scenario else {}),
         "versions": dumped(versions()).decode(),
         "options": dumped(
             {

@@ -15,6 +15,7 @@ from specc.lang import show
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, Condition, Function, State, Trace
 from specc.model.requirement import FormulaLet, Requirement
+from specc.model.scenario import Scenario
 from specc.model.system import (
     PLANT,
     Agent,
@@ -112,7 +113,7 @@ class SystemDiff:
         return replace(self, log=self.log.at(name), values=values)
 
 
-_REMARKS = ("title", "trace")
+_REMARKS = ("title", "symbol", "trace")
 """Fields that have no influence on what an agent does."""
 _ASPECTS = {"message": "type", "init": "initial value"}
 """How fields are named in messages, unless by their own name without the unit."""
@@ -271,11 +272,16 @@ _NONE: _Meaning = None, "none", frozenset()
 
 
 def _compare_task(diff: SystemDiff, _: PartLog, old: Task, new: Task) -> None:
+    _compare_circumstances(diff, old, new)
+
+
+def _compare_circumstances(diff: SystemDiff, old: Task | Scenario, new: Task | Scenario) -> None:
+    """What a run begins with and what happens meanwhile."""
     values = diff.constants
-    starts = ({draw.name: draw for draw in task.starts} for task in (old, new))
+    starts = ({draw.name: draw for draw in one.starts} for one in (old, new))
     for part, *draws in diff.log.pair("start", starts, _draw_text):
         _compare_meanings(part, "", *map(_draw, draws))
-    disturbances = (_by_effect(task.disturbances) for task in (old, new))
+    disturbances = (_by_effect(one.disturbances) for one in (old, new))
     for part, one, other in diff.log.pair("disturbance", disturbances, lambda d: d.because):
         before, after = _aspects(one, values, 0), _aspects(other, values, 1)
         for aspect in sorted({*before, *after}):
@@ -374,6 +380,35 @@ def _compare_contracts(diff: SystemDiff, _: PartLog, old: System, new: System) -
         contract.remark("because", one.because, other.because)
 
 
+def _compare_scenarios(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
+    both = ({scenario.name: scenario for scenario in system.scenarios} for system in (old, new))
+    lost: dict[str, Any] = {"guarantee": "weaker", "note": "nobody tries it any more"}
+    pairs = diff.log.pair(
+        "scenario",
+        both,
+        lambda scenario: scenario.because,
+        removed=lost,
+        added={"guarantee": "stronger"},
+    )
+    for part, one, other in pairs:
+        for aspect, text in _OF_SCENARIOS.items():
+            part.changed(aspect, text(one), text(other))
+        part.remark("because", one.because, other.because)
+        _compare_circumstances(replace(diff, log=diff.log.at(part.name)), one, other)
+
+
+_OF_SCENARIOS: dict[str, Callable[[Scenario], str]] = {
+    "set": lambda scenario: _plain_text(tuple(sorted(scenario.settings))),
+    "undisturbed": lambda scenario: str(scenario.is_undisturbed),
+    "seeds": lambda scenario: _plain_text(scenario.seeds),
+    "duration": lambda scenario: _plain_text(scenario.duration_s),
+    "cycles": lambda scenario: _plain_text(scenario.cycles),
+    "expect": lambda scenario: "; ".join(formula.that for formula in scenario.expect),
+    "success": lambda scenario: _plain_text(scenario.success),
+}
+"""What is compared of two scenarios by its text, by aspect."""
+
+
 def _compare_formula(diff: SystemDiff, part: PartLog, old: FormulaLet, new: FormulaLet) -> None:
     """What a name for a part of formulas stands for; formulas with that name change by it."""
     if old.formula and new.formula:
@@ -425,6 +460,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "requirements": _compare_requirements,
         "contracts": _compare_contracts,
         "formula_lets": _parts("let", "formula_lets"),
+        "scenarios": _compare_scenarios,
     },
     Constant: {
         "value": lambda diff, part, old, new: compare_constants(old, new, part, diff.values),

@@ -6,7 +6,7 @@ backwards through sums, choices, copies and wires. Two values between the same c
 comparisons true. Any choice of cuts is sound; a better choice leaves fewer decisions open.
 
 Expressions here are those of all machines together: each leaf is the memory or the output, a
-`Target`, from which it gets its value, as a `MemoryRef` of that name.
+`NumberTarget`, from which it gets its value, as a `MemoryRef` of that name.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from fractions import Fraction
 from specc.analysis import Facts
 from specc.analysis.graph import components
 from specc.analysis.reads import texts
+from specc.lang.builtins import FUNCTIONS
 from specc.lang.ranges import Range, union
 from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement, expressions_in
@@ -33,17 +34,17 @@ MOST_EXACT = 16
 MOST_CUTS = 24
 """The most cuts of one number; without further ones decisions are left open."""
 
-Target = str
+NumberTarget = str
 """The name of memory, `rover.c.n`, or of an output, `rover.c.y.base.speed`."""
 
 
-def target_name(machine: str, key: InputName) -> Target:
+def target_name(machine: str, key: InputName) -> NumberTarget:
     """The name of memory, whose peer is "", or of an output."""
     peer, name = key
     return f"{machine}.y.{peer}.{name}" if peer else f"{machine}.{name}"
 
 
-def reading_target(reading: Reading) -> Target:
+def reading_target(reading: Reading) -> NumberTarget:
     """The memory or output that a reading reads."""
     *peer, name = reading.element or ("",)
     return target_name(reading.subsystem, ("".join(peer), name))
@@ -51,13 +52,13 @@ def reading_target(reading: Reading) -> Target:
 
 def number_domains(
     facts: Facts, requirements: Iterable[Requirement] = ()
-) -> dict[Target, NumberDomain]:
+) -> dict[NumberTarget, NumberDomain]:
     """The domains of all numbers in memory and outputs of a system.
 
     Conditions of the requirements cut them, too.
     """
-    assigned: dict[Target, list[m.Expr]] = {}
-    ranges: dict[Target, Range] = {}
+    assigned: dict[NumberTarget, list[m.Expr]] = {}
+    ranges: dict[NumberTarget, Range] = {}
     conditions = [*_conditions(requirements, facts.system)]
     for machine in facts.machines:
         subsystem, name = machine.subsystem, machine.subsystem.qualified_name
@@ -110,7 +111,7 @@ def _conditions(requirements: Iterable[Requirement], system: System) -> Iterator
             yield _with_names(known, targets)
 
 
-def _with_names(expr: m.Expr, names: Mapping[str, Target]) -> m.Expr:
+def _with_names(expr: m.Expr, names: Mapping[str, NumberTarget]) -> m.Expr:
     if isinstance(expr, m.MemoryRef):
         return replace(expr, name=names.get(expr.name, expr.name))
     return m.map_children(expr, lambda part: _with_names(part, names))
@@ -121,7 +122,7 @@ class NumberCuts:
 
     def __init__(
         self,
-        assigned: Mapping[Target, Sequence[m.Expr]],
+        assigned: Mapping[NumberTarget, Sequence[m.Expr]],
         conditions: Iterable[m.Expr],
     ) -> None:
         """`assigned` has all that numbers ever get; `conditions` may compare anything."""
@@ -133,7 +134,7 @@ class NumberCuts:
         edges = [(source, target) for target, sources in self._flow.items() for source in sources]
         cycles = components([*assigned], edges)
         self._cycle_of = {target: n for n, cycle in enumerate(cycles) for target in cycle.states}
-        self.by_target: dict[Target, set[Cut]] = {}
+        self.by_target: dict[NumberTarget, set[Cut]] = {}
         nodes = (node for condition in conditions for node in m.walk(condition))
         compared = [node for node in nodes if isinstance(node, m.Compare)]
         for each in compared:
@@ -151,7 +152,7 @@ class NumberCuts:
         decides then, which no cut of either tells.
         """
 
-    def _computes(self, cycle: Collection[Target]) -> bool:
+    def _computes(self, cycle: Collection[NumberTarget]) -> bool:
         """Whether the numbers on a cycle of assignments are more than copied."""
         values = (value for target in cycle for value in self._assigned[target])
         return any(not _computed_from(value).isdisjoint(cycle) for value in values)
@@ -167,7 +168,7 @@ class NumberCuts:
                 if op not in (">=", "<"):
                     self._carry(side, Cut(other.value, is_above=True))
 
-    def _carry(self, expr: m.Expr, cut: Cut, given_to: Target = "") -> None:
+    def _carry(self, expr: m.Expr, cut: Cut, given_to: NumberTarget = "") -> None:
         """Cut the numbers in an expression so that they tell on which side of a cut it lies.
 
         `given_to` is the target that gets it. On a cycle that computes cuts are not moved, since
@@ -179,15 +180,15 @@ class NumberCuts:
             case m.Choice(then=then, otherwise=otherwise):
                 self._carry(then, cut, given_to)
                 self._carry(otherwise, cut, given_to)
-            case m.Builtin(name="min" | "max" | "clamp" | "float" | "int", args=args):
+            case m.Builtin(name=name, args=args):
+                function = FUNCTIONS[name]
+                cuts = [cut] if function.chooses else [cut, -cut] if function.is_size else []
+                cuts += (
+                    Cut(n, is_above=above) for n in function.turns_at for above in (False, True)
+                )
                 for argument in args:
-                    self._carry(argument, cut, given_to)
-            case m.Builtin(name="abs", args=(argument,)):
-                self._carry(argument, cut, given_to)
-                self._carry(argument, -cut, given_to)
-            case m.Builtin(name="sign", args=(argument,)):
-                self._carry(argument, Cut(0, is_above=False), given_to)
-                self._carry(argument, Cut(0, is_above=True), given_to)
+                    for each in cuts:
+                        self._carry(argument, each, given_to)
             case m.Unary(op="-", operand=operand):
                 self._carry(operand, -cut, given_to)
             case m.Binary():
@@ -196,7 +197,7 @@ class NumberCuts:
                     for operand, moved in _moved(expr, cut):
                         self._carry(operand, moved, given_to)
 
-    def _add(self, target: Target, cut: Cut) -> None:
+    def _add(self, target: NumberTarget, cut: Cut) -> None:
         cuts = self.by_target.setdefault(target, set())
         if cut not in cuts and len(cuts) < MOST_CUTS:
             cuts.add(cut)
@@ -223,12 +224,12 @@ def _moved(expr: m.Binary, cut: Cut) -> Iterator[tuple[m.Expr, Cut]]:
             yield operand, Cut(cut.value * n, cut.is_above == (n > 0))
 
 
-def _names(expr: m.Expr) -> set[Target]:
+def _names(expr: m.Expr) -> set[NumberTarget]:
     """The targets that determine the value of an expression."""
     return {leaf.name for leaf in value_leaves(expr) if isinstance(leaf, m.MemoryRef)}
 
 
-def _computed_from(expr: m.Expr) -> set[Target]:
+def _computed_from(expr: m.Expr) -> set[NumberTarget]:
     """The targets in an expression, without those that it only copies or chooses."""
     match expr:
         case m.MemoryRef():
@@ -238,7 +239,7 @@ def _computed_from(expr: m.Expr) -> set[Target]:
     return _names(expr)
 
 
-def _compared_with_varying(compared: Iterable[m.Compare]) -> Iterator[Target]:
+def _compared_with_varying(compared: Iterable[m.Compare]) -> Iterator[NumberTarget]:
     """The numbers in comparisons of which both sides vary."""
     for each in compared:
         sides = _names(each.left), _names(each.right)

@@ -15,12 +15,12 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
-from specc.tools.explore.plain_graphs import Formulas, SliceGraphs, judge_responses
+from specc.tools.explore.plain_graphs import SliceGraphs, TickFormulas, judge_responses
 from specc.tools.explore.refine import finest_complete, not_refuted, refine
 from specc.tools.explore.support import with_contracts
 from specc.tools.explore.symmetry import group_equal_slices
 from specc.tools.explore.verdicts import (
-    Judgement,
+    JudgedRequirement,
     RequirementSlice,
     RequirementVerdict,
     judge,
@@ -231,9 +231,9 @@ def _explore_requirements(
     ]
 
 
-def _judge(subject: RequirementSlice, budget: int) -> Judgement:
+def _judge(subject: RequirementSlice, budget: int) -> JudgedRequirement:
     """Judge a requirement without a monitor if its shape allows that, then given contracts."""
-    formulas = Formulas.of(subject.requirement)
+    formulas = TickFormulas.of(subject.requirement)
     found = judge_responses(subject, formulas, budget) if formulas else None
     return with_contracts(found or judge(subject, budget), subject, budget)
 

@@ -26,7 +26,7 @@ from specc.tools.explore.response import PendingAnswers, Response, responses
 from specc.tools.explore.trace import easiest_trace
 from specc.tools.explore.tracker import RequirementTracker
 from specc.tools.explore.verdicts import (
-    Judgement,
+    JudgedRequirement,
     RequirementSlice,
     RequirementVerdict,
     trigger_of,
@@ -57,7 +57,7 @@ class SliceGraphs:
 
     def proof(self, requirement: r.Requirement) -> RequirementVerdict | None:
         """The verdict on a requirement that some graph proves."""
-        formulas = Formulas.of(requirement)
+        formulas = TickFormulas.of(requirement)
         names = self._tried[0].composition.names
         if formulas is None or not all(x.subsystem in names for x in requirement.readings):
             return None
@@ -69,7 +69,7 @@ class SliceGraphs:
         found = (self._proof_on(graph, formulas) for graph in self._counted)
         return next(filter(None, found), None)
 
-    def _proof_on(self, graph: Graph, formulas: Formulas) -> RequirementVerdict | None:
+    def _proof_on(self, graph: Graph, formulas: TickFormulas) -> RequirementVerdict | None:
         truths = _truths(graph, formulas.each, self._abstraction) if graph.is_complete else None
         if truths is None:
             return None
@@ -80,7 +80,7 @@ class SliceGraphs:
 
 
 @dataclass(frozen=True, slots=True)
-class Formulas:
+class TickFormulas:
     """The formulas about single ticks in a requirement that consists of responses.
 
     `each` has the request and the answer of each response, then what asks the requirement, if that
@@ -92,7 +92,7 @@ class Formulas:
     each: tuple[r.Requirement, ...]
 
     @classmethod
-    def of(cls, requirement: r.Requirement) -> Formulas | None:
+    def of(cls, requirement: r.Requirement) -> TickFormulas | None:
         """Those of a requirement; None if it has another shape."""
         parts = tuple(responses(requirement.formula))
         known = tuple(filter(None, parts))
@@ -109,7 +109,7 @@ class JudgedGraph:
     """A graph with the truth of formulas about single ticks in each configuration."""
 
     def __init__(
-        self, graph: Graph, formulas: Formulas, truths: Sequence[Sequence[TruthValue]]
+        self, graph: Graph, formulas: TickFormulas, truths: Sequence[Sequence[TruthValue]]
     ) -> None:
         self.graph, self._requirement = graph, formulas.requirement
         tick_s = graph.composition.tick_s
@@ -121,7 +121,7 @@ class JudgedGraph:
         triggers = truths[2 * len(self._parts) :]
         self.is_triggered = not triggers or any(truth is not False for truth in triggers[0])
         """Whether some run may ask the requirement."""
-        self._asked = range(len(graph.configurations) if self._requirement.holds_always else 1)
+        self._begins = range(len(graph.configurations) if self._requirement.holds_always else 1)
         """The configurations in which it may be asked."""
 
     @cached_property
@@ -136,7 +136,7 @@ class JudgedGraph:
         self, requested: Sequence[TruthValue], answered: Sequence[TruthValue], deadline: Fraction
     ) -> bool:
         unanswered = [truth is not True for truth in answered]
-        pending = [n for n in self._asked if requested[n] is not False and unanswered[n]]
+        pending = [n for n in self._begins if requested[n] is not False and unanswered[n]]
         stays = self._stays(pending, unanswered, ranked=True) if deadline and pending else {}
         return all(n in stays and stays[n] <= deadline for n in pending)
 
@@ -165,7 +165,7 @@ class JudgedGraph:
         """The finding on an answer that surely does not come in time on some trace."""
         for requested, answered, deadline in self._parts:
             missing = [truth is False for truth in answered]
-            pending = [n for n in self._asked if requested[n] is True and missing[n]]
+            pending = [n for n in self._begins if requested[n] is True and missing[n]]
             stays = self._stays(pending, missing, ranked=False) if deadline else {}
             late = [n for n in pending if stays.get(n, deadline + 1) > deadline or not deadline]
             if late:
@@ -196,7 +196,7 @@ class JudgedGraph:
     def dead_end(self) -> TracedFinding | None:
         """The finding on an answer that cannot come any more, unless it is requested anew."""
         for (requested, answered, _), part in zip(self._parts, self._responses, strict=True):
-            starts = [n for n in self._asked if requested[n] is True and answered[n] is False]
+            starts = [n for n in self._begins if requested[n] is True and answered[n] is False]
             if not part.deadline_s:
                 continue
             if not self._requirement.holds_always:  # nothing is asked after the start
@@ -211,7 +211,9 @@ class JudgedGraph:
 _FREE: Cost = 0, 0, 0, 0
 
 
-def judge_responses(subject: RequirementSlice, formulas: Formulas, budget: int) -> Judgement | None:
+def judge_responses(
+    subject: RequirementSlice, formulas: TickFormulas, budget: int
+) -> JudgedRequirement | None:
     """The judgement of a requirement that consists of responses, on graphs that follow its values.
 
     None if steps may fail, which only a monitor can judge.
@@ -251,7 +253,7 @@ def judge_responses(subject: RequirementSlice, formulas: Formulas, budget: int) 
         choices = end.trace.choices or violation.trace.choices
         violation = replace(end, trace=replace(end.trace, choices=choices))
         verdict = "may be violated"
-    return Judgement.of(
+    return JudgedRequirement.of(
         RequirementVerdict(
             requirement,
             verdict,
@@ -266,7 +268,7 @@ def judge_responses(subject: RequirementSlice, formulas: Formulas, budget: int) 
     )
 
 
-def _tracked_truths(graph: Graph, formulas: Formulas) -> list[list[TruthValue]]:
+def _tracked_truths(graph: Graph, formulas: TickFormulas) -> list[list[TruthValue]]:
     """The truth of formulas that the graph follows."""
     composition = graph.composition
     tracker = composition.tracker

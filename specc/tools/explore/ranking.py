@@ -13,6 +13,7 @@ from itertools import product
 from math import floor, inf
 from typing import Generic, TypeVar
 
+from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import range_of
 from specc.lang.ranges import ANY, Range, negative, union
 from specc.model import expr as m
@@ -45,7 +46,7 @@ def change(expr: m.Expr, memory: str, known: KnownValues, after: Region) -> Rang
             return negative(range_of(by, known.range_of))
         case m.Choice(then=then, otherwise=otherwise):
             return _change_by_one_of((then, otherwise), memory, known, after)
-        case m.Builtin(name="min" | "max" | "clamp", args=args):  # it equals one of them
+        case m.Builtin(name=name, args=args) if FUNCTIONS[name].chooses:
             return _change_by_one_of(args, memory, known, after)
     return ANY
 
@@ -159,8 +160,8 @@ class _Stays(Generic[Node]):
         lasts = {whole: stay, **self.by_node}
         after: dict[Node, list[tuple[Node, Moves]]] = {node: [] for node in self.by_node}
         for node in self._cyclic:
-            kept = zone.get(node, ())
-            leaving = (each for each in self._after[node] if all(each is not one for one in kept))
+            inner = zone.get(node, ())
+            leaving = (each for each in self._after[node] if all(each is not one for one in inner))
             out = [(place.get(to, to), moves) for to, moves in leaving]
             after.setdefault(place[node], []).extend(out)
         stays = _Stays(

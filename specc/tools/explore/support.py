@@ -18,10 +18,12 @@ from specc.tools.explore.contracts import readers
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import residual
 from specc.tools.explore.trace import ExploredTrace
-from specc.tools.explore.verdicts import Judgement, RequirementSlice, is_monitorable
+from specc.tools.explore.verdicts import JudgedRequirement, RequirementSlice, is_monitorable
 
 
-def with_contracts(judgement: Judgement, subject: RequirementSlice, budget: int) -> Judgement:
+def with_contracts(
+    judgement: JudgedRequirement, subject: RequirementSlice, budget: int
+) -> JudgedRequirement:
     """A judgement, with a proof for the runs that keep contracts of devices if there is no other.
 
     The contracts are as few as suffice. One does not count if no device can keep it, or if the
@@ -44,7 +46,7 @@ def with_contracts(judgement: Judgement, subject: RequirementSlice, budget: int)
                 is_dead_end=False,
                 given=tuple(each.name for each in used),
             )
-            return Judgement(proved, (), (*judgement.graphs, graph))
+            return JudgedRequirement(proved, (), (*judgement.graphs, graph))
         refusal = refusal or found
         contracts = [each for each in contracts if each not in used]
     missing = tuple[str, ...]()

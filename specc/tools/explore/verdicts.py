@@ -189,7 +189,7 @@ def _junction(op: str, parts: Iterable[set[TruthValue]]) -> set[TruthValue]:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class JudgedRequirement:
     """The verdict on a requirement, its findings, and the graphs."""
 
     verdict: RequirementVerdict
@@ -199,7 +199,7 @@ class Judgement:
     @classmethod
     def of(
         cls, verdict: RequirementVerdict, graphs: Sequence[Graph], *, is_exact: bool
-    ) -> Judgement:
+    ) -> JudgedRequirement:
         """A violation that rests on nothing measured is a finding."""
         violation, findings = verdict.finding, list[TracedFinding]()
         if violation is not None and verdict.verdict != "open":
@@ -208,7 +208,7 @@ class Judgement:
         return cls(verdict, tuple(findings), graphs)
 
 
-def judge(subject: RequirementSlice, budget: int) -> Judgement:
+def judge(subject: RequirementSlice, budget: int) -> JudgedRequirement:
     """The judgement of a requirement by a monitor."""
     requirement, abstraction = subject.requirement, subject.abstraction
     trigger = trigger_of(requirement)
@@ -251,7 +251,7 @@ def judge(subject: RequirementSlice, budget: int) -> Judgement:
         is_triggered=is_asked,
         may_end_early=any(_tracker(graph).ends_early(0) for graph in graphs),
     )
-    return Judgement.of(judged, [graph for graph, _ in results], is_exact=is_exact)
+    return JudgedRequirement.of(judged, [graph for graph, _ in results], is_exact=is_exact)
 
 
 def _tracker(graph: Graph) -> RequirementTracker:

@@ -8,10 +8,17 @@ nothing of specc.
 from __future__ import annotations
 
 import importlib.util
+import json
+import os
 import resource
 import subprocess
 import sys
+import tempfile
+from base64 import b64decode, b64encode
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Literal
+from xml.sax.saxutils import escape
 
 Format = Literal["svg", "png"]
 MAX_ARCS = 250
@@ -36,6 +43,12 @@ this machine, and whoever looks at the picture may have one that is a sixth wide
 subscripts smaller than it writes them. The whole is as much larger as the texts are smaller."""
 
 
+_KNOWN_FONTS = (
+    '<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd">'
+    "<fontconfig><dir>{}</dir></fontconfig>"
+)
+
+
 class NotDrawn(Exception):
     """Graphviz made no picture within its bounds."""
 
@@ -47,16 +60,36 @@ def is_installed() -> bool:
 
 def render(dot: str, form: Format) -> bytes:
     """The picture that a DOT text describes. Raises NotDrawn."""
+    return render_all([dot], form)[0]
+
+
+def render_all(dots: Sequence[str], form: Format, fonts: Path | None = None) -> list[bytes]:
+    """The pictures that DOT texts describe, by one process: all of them, or NotDrawn is raised.
+
+    With a folder of `fonts` texts are measured with these alone, so that pictures are the same on
+    all machines.
+    """
     command = [sys.executable, "-P", __file__, form]
-    try:
-        done = subprocess.run(
-            command, input=dot.encode(), capture_output=True, check=False, timeout=12 * _SECONDS
-        )
-    except subprocess.TimeoutExpired as error:
-        raise NotDrawn from error
+    with tempfile.TemporaryDirectory() as folder:
+        environment = dict(os.environ)
+        if fonts is not None:
+            known = Path(folder, "fonts.conf")
+            known.write_text(_KNOWN_FONTS.format(escape(str(fonts))), "utf-8")
+            environment["FONTCONFIG_FILE"] = str(known)
+        try:
+            done = subprocess.run(
+                command,
+                input=json.dumps(list(dots)).encode(),
+                capture_output=True,
+                check=False,
+                timeout=12 * _SECONDS,
+                env=environment,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise NotDrawn from error
     if done.returncode or not done.stdout:
         raise NotDrawn
-    return done.stdout
+    return [b64decode(each) for each in json.loads(done.stdout)]
 
 
 def _draw(form: str) -> None:
@@ -65,14 +98,17 @@ def _draw(form: str) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (_BYTES, _BYTES))
     import pygraphviz
 
-    graph = pygraphviz.AGraph(string=sys.stdin.buffer.read().decode())
-    graph.graph_attr.update(_SCALES[form])
-    graph.layout("dot")
-    picture = graph.draw(format=form)
-    if form == "svg":
-        for written, shown in _SHOWN.items():
-            picture = picture.replace(written, shown)
-    sys.stdout.buffer.write(picture)
+    found = []
+    for dot in json.loads(sys.stdin.buffer.read()):
+        graph = pygraphviz.AGraph(string=dot)
+        graph.graph_attr.update(_SCALES[form])
+        graph.layout("dot")
+        picture = graph.draw(format=form)
+        if form == "svg":
+            for written, shown in _SHOWN.items():
+                picture = picture.replace(written, shown)
+        found.append(b64encode(picture).decode())
+    sys.stdout.buffer.write(json.dumps(found).encode())
 
 
 if __name__ == "__main__":

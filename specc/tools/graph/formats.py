@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from struct import pack
 from typing import Literal
 from zlib import crc32
@@ -96,17 +98,53 @@ class PictureFormat:
 
 
 def draw_svg(tagged: TaggedDiagram) -> str:
-    """The element `svg` of a picture. Raises Refused.
+    """The element `svg` of a picture. Raises Refused."""
+    return _element(_draw("svg", tagged.diagram, tagged.tags))
 
-    Graphviz would put names of nodes into comments and titles, where it escapes too little.
+
+def draw_svgs(all_tagged: Sequence[TaggedDiagram], fonts: Path) -> list[str | None]:
+    """The elements of several pictures, with texts measured in the fonts of a folder.
+
+    None stands for one that is too large.
     """
-    text = _draw("svg", tagged.diagram, tagged.tags).decode()
+    texts: dict[int, str] = {}
+    for number, tagged in enumerate(all_tagged):
+        with suppress(Refused):
+            texts[number] = _text(tagged.diagram, tagged.tags)
+    try:
+        drawn = drawing.render_all(list(texts.values()), "svg", fonts)
+    except drawing.NotDrawn:  # one of them takes too long
+        drawn = [_alone(text, fonts) for text in texts.values()]
+    found = dict(zip(texts, drawn, strict=True))
+    pictures = (found.get(number) for number in range(len(all_tagged)))
+    return [_element(picture) if picture else None for picture in pictures]
+
+
+def _alone(text: str, fonts: Path) -> bytes:
+    try:
+        return drawing.render_all([text], "svg", fonts)[0]
+    except drawing.NotDrawn:
+        return b""
+
+
+def _element(picture: bytes) -> str:
+    """Graphviz would put names of nodes into comments and titles, where it escapes too little."""
+    text = picture.decode()
     text = re.sub(r"<!--.*?-->\n|<title>.*?</title>\n", "", text[text.index("<svg") :])
     return set_lines(text, NOTE_COLOR)
 
 
 def _draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = None) -> bytes:
     """The picture by Graphviz. Raises Refused."""
+    text = _text(diagram, tags)
+    try:
+        return drawing.render(text, form)
+    except drawing.NotDrawn:
+        raise Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None
+
+
+def _text(diagram: Diagram, tags: Tags | None) -> str:
+    """The DOT text of a picture that can be drawn. Raises Refused."""
     text = as_dot(diagram, tags)
     if not drawing.is_installed():
         raise missing_package(ModuleNotFoundError(name="pygraphviz"), "pygraphviz")
@@ -114,10 +152,7 @@ def _draw(form: Literal["svg", "png"], diagram: Diagram, tags: Tags | None = Non
     if nodes > drawing.MAX_NODES or arcs > drawing.MAX_ARCS or len(text) > drawing.MAX_TEXT:
         size = f"{nodes:,} nodes and {arcs:,} arcs"
         raise Refused(f"a picture with {size} is not legible; {_SMALLER}")
-    try:
-        return drawing.render(text, form)
-    except drawing.NotDrawn:
-        raise Refused(f"Graphviz could not draw this within its bounds; {_SMALLER}") from None
+    return text
 
 
 FORMATS: Mapping[str, PictureFormat] = {

@@ -218,7 +218,7 @@ class Index:
                     if symbol := self.symbol_at(key_of(element.place)):
                         symbol.type, symbol.panel = element.type, binding.panel
         reported = {f"{d.qualified_name}.{e.name}": e for d in system.devices for e in d.y}
-        for disturbance in system.task.disturbances if system.task else ():
+        for disturbance in system.disturbances:
             for _, action in disturbance.actions_on(*OF_ELEMENTS):
                 if action.name in reported:
                     self._disturbed.append((action.place, key_of(reported[action.name].place)))
@@ -404,10 +404,15 @@ class Index:
                 yield from self._of_device(place, source.scalar(place) or "", element)
 
     def _of_device(self, place: Place, text: str, key: SymbolKey | None) -> Iterator[_Name]:
-        """What the parts of `irp.E.m.c_d` stand for, with the key of the element if it is known."""
+        """What the parts of `irp.E.m.c_d` stand for, with the key of the element if it is known.
+
+        Of an element of the panel the last part may stand alone.
+        """
         parts = [*_PART.finditer(text)]
-        if len(parts) == 4:
-            element = self.symbol_at(key)
+        element = self.symbol_at(key)
+        if len(parts) == 1 and element is not None:
+            yield element, place, None, None
+        elif len(parts) == 4:
             owner = (element.place.file, element.owner) if element else None
             agents = self.system.agents if self.system else ()
             agent = next((key_of(a.place) for a in agents if a.name == parts[0][0]), None)

@@ -169,9 +169,15 @@ class RowRepeats(NamedTuple):
 class LiveRun:
     """What a run sent, as a source of the page."""
 
-    def __init__(self, spec: str, values: Mapping[str, str], send: Callable[[bytes], None]) -> None:
+    def __init__(
+        self,
+        spec: str,
+        values: Mapping[str, str],
+        send: Callable[[bytes], None],
+        scenario: str | None = None,
+    ) -> None:
         """`send` sends a command to the run. Raises Refused."""
-        self._spec = spec
+        self._spec, self._scenario = spec, scenario
         self._send = send
         self.begin: Message = {}
         self.compile(values)
@@ -179,7 +185,7 @@ class LiveRun:
 
     def compile(self, values: Mapping[str, str], is_exact: bool = False) -> None:
         """Read the specification. Raises Refused."""
-        result = pipeline.compile_spec(self._spec, values)
+        result = pipeline.compile_spec(self._spec, values, scenario=self._scenario)
         if result.system is None:
             raise Refused(f"{self._spec} has errors; `specc validate` lists them")
         self._values = dict(values)
@@ -517,7 +523,7 @@ def _mark(mark: Mapping[str, Any]) -> Message:
 async def _serve(options: argparse.Namespace) -> None:
     end = socket.socket(fileno=options.descriptor)
     reader, writer = await asyncio.open_connection(sock=end, limit=_LONGEST_LINE)
-    run = LiveRun(options.spec, dict(options.set), writer.write)
+    run = LiveRun(options.spec, dict(options.set), writer.write, options.scenario)
     server = Server(run, options.port)
     try:
         await server.start()
@@ -544,6 +550,7 @@ def main() -> int:
     parser.add_argument("spec")
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--set", type=_assignment, action="append", default=[])
+    parser.add_argument("--scenario")
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run decides when the page ends
     try:

@@ -111,7 +111,7 @@ class SpecifiedContent:
 
     def violation(self, that: str, since_s: float, steps: Steps) -> list[str]:
         """See `RecordedContent`."""
-        for each in self._description.system.monitored:
+        for each in self._description.system.run_requirements:
             if each.that == that:
                 return [*violation_reasons(each, since_s, steps, seconds)]
         return []
@@ -396,5 +396,7 @@ class RecordedRun:
             return "name your specification to start again: specc view FILE.mcap --spec SPEC"
         at = f"{self._recording.index.path}@{self._inside(message.get('from_s')):.12g}"
         values = [f"--set={name}={text}" for name, text in (message.get("set") or {}).items()]
+        if scenario := self._recording.about.get("scenario"):
+            values.append(f"--scenario={scenario}")
         words = shlex.join(["specc", "run", spec, "--from", at, "--ui", *values])
         return f"start it in a terminal: {words}"

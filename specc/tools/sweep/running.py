@@ -75,7 +75,34 @@ class _Died(Exception):
     """The process of a run ended."""
 
 
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a run: its report and exit code, or the reason why it has none.
+
+    One without a report `ended` as it says, after `wall_s` if that is known.
+    """
+
+    report: Mapping[str, Any] | None
+    code: int = 1
+    reason: str = ""
+    ended: str = "failed"
+    wall_s: float | None = None
+
+    @property
+    def figures(self) -> Figures:
+        """The row of the run."""
+        if self.report is not None:
+            return figures_of(self.report, self.code)
+        timed = {} if self.wall_s is None else {"wall_s": self.wall_s}
+        return {**failure_row(self.reason), "ended": self.ended, **timed}
+
+
 def run_job(job: SweepJob) -> Figures:
+    """The row of a run. Raises Closed, NoRun."""
+    return outcome_of(job).figures
+
+
+def outcome_of(job: SweepJob) -> Outcome:
     """What came of a run. Raises Closed, NoRun."""
     place = _WORKSPACES.get(job.place, "a worker has no files of the sweep")
     if isinstance(place, str):
@@ -91,10 +118,10 @@ def run_job(job: SweepJob) -> Figures:
     for _ in range(TRIES):
         try:
             with place.process() as process:
-                return process.figures(request, job.limit_s)
+                return process.outcome(request, job.limit_s)
         except _Died as error:
             reason = str(error)
-    return failure_row(f"{reason}, {TRIES} times")
+    return Outcome(None, reason=f"{reason}, {TRIES} times")
 
 
 def failure_row(reason: str) -> Figures:
@@ -120,7 +147,7 @@ class _Process:
                 start_new_session=True,
             )
 
-    def figures(self, job: Mapping[str, Any], limit_s: float) -> Figures:
+    def outcome(self, job: Mapping[str, Any], limit_s: float) -> Outcome:
         """What came of a run. Raises _Died."""
         os.truncate(self._output, 0)
         assert self._process.stdin and self._process.stdout
@@ -130,7 +157,7 @@ class _Process:
         if not select.select([self._process.stdout], [], [], limit_s)[0]:
             self.end()
             reason = f"ended after {limit_s:g} s of wall time{self._last_words(': ')}"
-            return {**failure_row(reason), "ended": LIMIT, "wall_s": limit_s}
+            return Outcome(None, reason=reason, ended=LIMIT, wall_s=limit_s)
         line = self._process.stdout.readline()
         if not line.endswith(b"\n"):
             self.end()
@@ -139,8 +166,8 @@ class _Process:
         if "died" in answer:
             raise _Died(self._exit_text(answer["died"]))
         if answer["report"] is None:
-            return failure_row(self._last_words() or f"exit code {answer['code']}")
-        return figures_of(answer["report"], answer["code"])
+            return Outcome(None, reason=self._last_words() or f"exit code {answer['code']}")
+        return Outcome(answer["report"], answer["code"])
 
     def kill(self) -> None:
         """End it, from whatever thread."""

@@ -33,11 +33,17 @@ SPECS = (
     "specs/irp_picking.yaml",
     "tests/tools/modes.yaml",
     "tests/cases/plant/ok-panel.yaml",
+    "tests/cases/plant/ok-scenarios.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/structure/ok-silence.yaml",
     "tests/cases/requirements/ok-contracts.yaml",
 )
+
+
+SCENARIO = """scenarios:
+  far: {because: it is, scene: {s: "1[m]"}, expect: "within(1[s], state(cart.c) == going)"}
+"""
 
 
 def texts() -> Iterator[str]:
@@ -49,8 +55,11 @@ def texts() -> Iterator[str]:
     text = text.replace("{idle: wait", "{idle: {behaviour: wait, holds: [y.eye.seen]}")
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")
     noise = ', noise: "0.001[m]"'
-    yield disturbed(MOVE, SHIFT, PUSH, BLOCK, WRONG).replace(
-        noise, f"{noise}, sporadic: true, max_gap: 50 ms"
+    yield (
+        disturbed(MOVE, SHIFT, PUSH, BLOCK, WRONG).replace(
+            noise, f"{noise}, sporadic: true, max_gap: 50 ms"
+        )
+        + SCENARIO
     )
 
 

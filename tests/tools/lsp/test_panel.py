@@ -93,3 +93,26 @@ def test_a_member_that_only_an_operator_chooses_is_renamed(tmp_path: Path) -> No
     after = renamed(project, str(path), place(text, "enum[|manual"), "by_hand")[str(path)]
     assert "Mode: enum[by_hand, automatic]" in after
     assert "{panel: choice, init: by_hand}" in after
+
+
+SCENARIO = """\
+scenarios:
+  slow:
+    because: of the test
+    panel: [{at: "1[s]", press: go, turn: {v: "0.2[m/s]"}}]
+    expect: within(2[s], desk.c.v > 0.1[m/s])
+"""
+
+
+@pytest.mark.parametrize("at", ["buttons.|go: {panel", "press: |go"])
+def test_a_scenario_names_an_element_by_its_last_word(tmp_path: Path, at: str) -> None:
+    path, project, text = tmp_path / "panel.yaml", Project(), TEXT + SCENARIO
+    path.write_text(text)
+    project.analyse(str(path))
+    new = renamed(project, str(path), place(text, at), "run")[str(path)]
+    assert 'press: run, turn: {v: "0.2[m/s]"}' in new
+    assert "desk.R.buttons.run: {panel: button" in new
+    keys = labels(project, str(path), text, "press: go", "|press: go")
+    assert {"press", "turn", "delay"} <= keys and "block" not in keys
+    hover = features.hover(project, str(path), place(text, "turn: {|v: "))
+    assert hover is not None and "the speed" in hover.text

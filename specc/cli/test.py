@@ -1,0 +1,298 @@
+"""`specc test`: specifications are validated and explored, and the runs of their scenarios made."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from specc.atomic_files import temporary_folder, write_atomically
+from specc.cli import inspect, streams
+from specc.cli.explore import judged_report
+from specc.cli.progress import RunProgress
+from specc.cli.recordings import recorded_texts
+from specc.cli.run import judge_for_run
+from specc.diagnostics.phrases import counted, join_words
+from specc.diagnostics.report import Report, report, resolve, shown_path
+from specc.processes import cores
+from specc.refusal import Refused, reason_of
+from specc.source import Sources
+from specc.tools.scenarios.judging import ScenarioResult, reasons_by_seeds, seeds_in_words
+from specc.tools.scenarios.results import (
+    Case,
+    as_junit,
+    cases_of,
+    failed_before,
+    remove_results,
+    write_results,
+)
+from specc.tools.scenarios.running import RunSettings, ScenarioRefusedError, ScenarioRuns
+
+if TYPE_CHECKING:
+    from specc.model.scenario import Scenario
+    from specc.pipeline import Result
+
+_OUT = "specc-test"
+_WAIT_S = 0.2
+_REASONS, _SEEDS = 4, 8
+"""Reasons of a scenario that are shown, and seeds of one."""
+
+
+@dataclass(eq=False)
+class _Test:
+    """The test of one specification."""
+
+    spec: str
+    folder: Path
+    """For results and recordings."""
+    chosen: frozenset[str] | None = None
+    """The names of the scenarios that are run; None for all."""
+    cases: list[Case] = field(default_factory=list)
+    runs: ScenarioRuns | None = None
+    scenarios: list[Scenario] = field(default_factory=list)
+    is_shown: bool = False
+
+    @property
+    def results(self) -> list[ScenarioResult]:
+        return self.runs.results if self.runs else []
+
+    @property
+    def is_failed(self) -> bool:
+        is_case_failed = any(failure for _, failure in self.cases)
+        return is_case_failed or not all(result.is_passed for result in self.results)
+
+
+def run_test(options: Namespace) -> int:
+    """Validate, explore and run all scenarios; tell of each whether it passes.
+
+    0 if all is well, 1 if something fails, 2 for wrong usage or an unreadable file, 130 after
+    Ctrl-C, with the results of the runs that were over.
+    """
+    targets = inspect.find_targets(options.specs)
+    if targets.faults:
+        return streams.print_report(report(resolve(targets.faults, Sources()), []))
+    out, systems = Path(options.out or _OUT), targets.systems
+    tests = [_Test(spec, _folder(out, spec, systems)) for spec in systems]
+    if not tests:
+        raise Refused("there is no system to test, only parts for systems to use")
+    _choose(tests, options)
+    try:
+        _carry_out(tests, options)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        raise Refused(f"{error.filename}: {reason_of(error)}") from error
+    return int(any(test.is_failed for test in tests))
+
+
+def _folder(out: Path, spec: str, systems: Sequence[str]) -> Path:
+    """The folder for the results of a specification, one of its own where there are several."""
+    if len(systems) == 1:
+        return out
+    paths = [os.path.abspath(path) for path in systems]
+    root = os.path.commonpath([os.path.dirname(path) for path in paths])
+    return out / Path(os.path.relpath(os.path.abspath(spec), root)).with_suffix("")
+
+
+def _choose(tests: Sequence[_Test], options: Namespace) -> None:
+    """Note which scenarios failed before, if only these are to be run."""
+    if options.last_failed:
+        failed = {test.spec: failed_before(test.folder) for test in tests}
+        if any(failed.values()):
+            for test in tests:
+                test.chosen = failed[test.spec]
+        else:
+            streams.print_message("specc: nothing is known of scenarios that failed; all are run")
+
+
+def _carry_out(tests: Sequence[_Test], options: Namespace) -> None:
+    jobs = options.jobs or cores()
+    with ExitStack() as stack:
+        scratch = stack.enter_context(temporary_folder())
+        executor = stack.enter_context(ThreadPoolExecutor(jobs))
+        stack.callback(_close, tests)
+        try:
+            for number, test in enumerate(tests):
+                _begin(test, options, executor, scratch / str(number))
+                if options.fail_fast and test.is_failed:
+                    break
+            _finish(tests, options)
+        finally:
+            for test in tests:
+                if test.runs is not None and not test.is_shown:
+                    _show(test)
+            _write(tests, options)
+
+
+def _close(tests: Sequence[_Test]) -> None:
+    for test in tests:
+        if test.runs is not None:
+            test.runs.close()
+
+
+def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratch: Path) -> None:
+    """Validate a specification, begin with the runs of its scenarios, and explore it meanwhile."""
+    from specc import pipeline
+
+    spec = test.spec
+    result = pipeline.compile_spec(spec)
+    judged = inspect.judge_findings(spec, result, inspect.overrides_of(options))
+    found = replace(report(judged.findings, [spec]), ignored=judged.ignored)
+    if found.findings:
+        streams.print_report(found)
+    is_sound = result.ok and not judged.refused and result.system is not None
+    test.cases.append(("validate", "" if is_sound else _failure(found)))
+    streams.print_output(f"{spec}: {'valid' if is_sound else 'INVALID'}\n")
+    if not is_sound or result.system is None:
+        return
+    if not result.system.scenarios:
+        streams.print_output(f"{spec}: no scenarios\n")
+    test.scenarios = [each for each in result.system.scenarios if _is_chosen(each, test, options)]
+    if test.scenarios:
+        _begin_runs(test, result, options, executor, scratch)
+    if options.budget:
+        _explore(test, result, options)
+
+
+def _is_chosen(scenario: Scenario, test: _Test, options: Namespace) -> bool:
+    is_named = not options.names or any(text in scenario.name for text in options.names)
+    return is_named and (test.chosen is None or scenario.name in test.chosen)
+
+
+def _begin_runs(
+    test: _Test,
+    result: Result,
+    options: Namespace,
+    executor: ThreadPoolExecutor,
+    scratch: Path,
+) -> None:
+    judged = judge_for_run(_as_run(options, test.spec), result)
+    if judged.refused:
+        found = report(judged.findings, [test.spec])
+        streams.print_report(found)
+        test.cases.append(("run", _failure(found)))
+        return
+    texts = recorded_texts(result.sources)
+    settings = RunSettings(options.limit, test.folder, options.recordings, texts)
+    try:
+        test.runs = ScenarioRuns(test.spec, result, test.scenarios, executor, scratch, settings)
+    except ScenarioRefusedError as refused:
+        findings = resolve(refused.result.diagnostics, refused.result.sources)
+        found = report(findings, [test.spec])
+        name = refused.scenario.name
+        streams.print_message(f"specc: {test.spec}: scenario {name} cannot be run:")
+        streams.print_report(found)
+        test.cases.append((name, _failure(found)))
+
+
+def _as_run(options: Namespace, spec: str) -> Namespace:
+    """The options of a run of a specification: scenarios say what else a run is like."""
+    policy = {name: getattr(options, name) for name in ("select", "ignore", "strict")}
+    return Namespace(spec=spec, cycles=None, **policy)
+
+
+def _explore(test: _Test, result: Result, options: Namespace) -> None:
+    from specc.tools.explore.explorer import explore
+
+    found = explore(result.proofs, options.budget)
+    if found.broken_off == "interrupted":
+        raise KeyboardInterrupt
+    judged = judged_report(found, result, test.spec, inspect.overrides_of(options))
+    if judged.findings:
+        streams.print_report(judged)
+    failure = _failure(judged) if streams.exit_code(judged) else ""
+    test.cases.append(("explore", failure))
+    words = "not everything was explored" if found.is_incomplete else found.status
+    streams.print_output(f"{test.spec}: explored: {words}\n")
+
+
+def _failure(found: Report) -> str:
+    """The messages of the errors of a report."""
+    errors = [each for each in found.findings if each.diagnostic.severity == "error"]
+    return "\n".join(each.diagnostic.message for each in errors or found.findings) or "refused"
+
+
+def _finish(tests: Sequence[_Test], options: Namespace) -> None:
+    """Wait for all runs, and tell of each specification when they are over."""
+    running = [test for test in tests if test.runs is not None]
+    if options.names and not any(test.scenarios for test in tests):
+        names = join_words((repr(name) for name in options.names), "or")
+        raise Refused(f"no scenario has {names} in its name")
+    progress = RunProgress(sum(test.runs.count for test in running if test.runs), 0)
+    try:
+        for test in running:
+            assert test.runs is not None
+            while not test.runs.collect(_WAIT_S):
+                progress.update(sum(each.runs.done for each in running if each.runs))
+                if options.fail_fast and test.runs.is_lost:
+                    test.runs.stop()
+            progress.close()
+            _show(test)
+            if options.fail_fast and test.is_failed:
+                return
+    finally:
+        progress.close()
+
+
+# What is told.
+
+
+def _show(test: _Test) -> None:
+    """A line for each scenario, and why runs of it failed."""
+    test.is_shown = True
+    width = max((len(each.name) for each in test.scenarios), default=0)
+    for result in test.results:
+        streams.print_output("".join(f"{line}\n" for line in _lines(result, test, width)))
+    if missing := len(test.scenarios) - len(test.results):
+        streams.print_output(f"{counted(missing, 'scenario')} not run\n")
+
+
+def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
+    name, count, estimate = result.scenario.name, len(result.runs), result.estimate
+    line = f"{'passed' if result.is_passed else 'FAILED'}  {name:{width}}  "
+    line += f"{result.passes} of {count}"
+    if estimate and count > 1 and estimate.low is not None and estimate.high is not None:
+        line += f" (95 %: {estimate.low:.0%} to {estimate.high:.0%})"
+    if not result.is_passed and result.required < len(result.scenario.seeds):
+        line += f", {result.required} have to pass"
+    if count < len(result.scenario.seeds):
+        line += f", of {len(result.scenario.seeds)} seeds"
+    yield line + (f"; {result.remark}" if result.remark else "")
+    reasons = reasons_by_seeds([run for run in result.runs if not run.is_passed])
+    for reason, runs in reasons[:_REASONS]:
+        yield f"  {seeds_in_words(runs, _SEEDS)}: {reason}"
+    if len(reasons) > _REASONS:
+        yield f"  and {len(reasons) - _REASONS} other reasons"
+    failed = next((run for run in result.runs if not run.is_passed), None)
+    if failed is not None:
+        words = ["specc", "run", test.spec, "--scenario", name, "--seed", str(failed.seed)]
+        yield f"  again: {shlex.join(words)}"
+    recorded = next((run for run in result.runs if run.recording), None)
+    if recorded is not None:
+        file = str(test.folder / recorded.recording)
+        yield f"  see:   {shlex.join(['specc', 'view', file, '--spec', test.spec])}"
+
+
+def _write(tests: Sequence[_Test], options: Namespace) -> None:
+    """Write the results of specifications; of those that pass only where it was asked for."""
+    for test in tests:
+        if test.results and (test.is_failed or options.out):
+            specification = os.path.relpath(test.spec)
+            file = write_results(test.folder, specification, test.results)
+            streams.print_output(f"{shown_path(str(file))}\n")
+        elif test.results:
+            remove_results(test.folder)
+    is_failed = any(test.is_failed for test in tests if test.results)
+    if is_failed and options.recordings and find_spec("mcap") is None:
+        words = "mcap, of specc[record], is not installed"
+        streams.print_message(f"specc: failures are not recorded: {words}")
+    if options.junit:
+        suites = [(test.spec, [*test.cases, *cases_of(test.results)]) for test in tests]
+        write_atomically(Path(options.junit), as_junit(suites))

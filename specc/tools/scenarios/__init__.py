@@ -1,0 +1,1 @@
+"""Makes the runs of scenarios and says which of them pass."""

@@ -1,0 +1,123 @@
+"""The results of the scenarios of a specification: as a file, for later, and as JUnit's XML."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+from specc.atomic_files import write_atomically
+from specc.diagnostics.visible import visible, visible_lines
+from specc.tools.scenarios.judging import ScenarioResult, reasons_by_seeds, seeds_in_words
+
+FILE, FORMAT, VERSION = "results.json", "specc-test", 1
+_MOST_BYTES = 50_000_000
+"""Of a file of results that is read."""
+
+
+def write_results(folder: Path, specification: str, results: Sequence[ScenarioResult]) -> Path:
+    """Write what came of scenarios into a folder; the file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    data = {
+        "format": FORMAT,
+        "version": VERSION,
+        "specification": specification,
+        "scenarios": [result.as_data() for result in results],
+    }
+    write_atomically(file := folder / FILE, json.dumps(data, indent=2) + "\n")
+    return file
+
+
+def remove_results(folder: Path) -> None:
+    """Remove the results of an earlier test from a folder, with the recordings that they name."""
+    for entry in _scenarios(folder):
+        for name in _recordings(entry):
+            (folder / name).unlink(missing_ok=True)
+    (folder / FILE).unlink(missing_ok=True)
+    with suppress(OSError):  # there is something else in it, or no folder
+        folder.rmdir()
+
+
+def failed_before(folder: Path) -> frozenset[str]:
+    """The names of the scenarios that failed in an earlier test; none if there was none."""
+    entries = _scenarios(folder)
+    names = (entry.get("name") for entry in entries if entry.get("passed") is False)
+    return frozenset(name for name in names if isinstance(name, str))
+
+
+def _scenarios(folder: Path) -> Iterator[dict[str, Any]]:
+    """The entries of a file of results; none if it is no such file."""
+    file = folder / FILE
+    try:
+        if file.stat().st_size > _MOST_BYTES:
+            return
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return
+    if isinstance(data, dict) and data.get("format") == FORMAT:
+        entries = data.get("scenarios")
+        for entry in entries if isinstance(entries, list) else ():
+            if isinstance(entry, dict):
+                yield entry
+
+
+def _recordings(entry: dict[str, Any]) -> Iterator[str]:
+    """The recordings beside the file that an entry names, by the names that they were given."""
+    runs, scenario = entry.get("runs"), entry.get("name")
+    for run in runs if isinstance(runs, list) else ():
+        if isinstance(run, dict) and isinstance(scenario, str) and scenario.isidentifier():
+            name, seed = run.get("recording"), run.get("seed")
+            if isinstance(seed, int) and name == f"{scenario}-{seed}.mcap":
+                yield name
+
+
+# JUnit's XML, which services for CI show.
+
+Case = tuple[str, str]
+"""The name of a case, and why it failed; empty if it did not."""
+
+
+def as_junit(suites: Sequence[tuple[str, Sequence[Case]]]) -> str:
+    """A suite for each specification, with its cases."""
+    texts = "".join(_suite(name, cases) for name, cases in suites)
+    every = [case for _, cases in suites for case in cases]
+    head = '<?xml version="1.0" encoding="UTF-8"?>\n'
+    return f"{head}<testsuites {_counts(every)}>\n{texts}</testsuites>\n"
+
+
+def cases_of(results: Sequence[ScenarioResult]) -> list[Case]:
+    """The case of each scenario."""
+    return [(result.scenario.name, failure_text(result)) for result in results]
+
+
+def failure_text(result: ScenarioResult) -> str:
+    """How many runs passed and why others did not; empty if enough did."""
+    if result.is_passed:
+        return ""
+    count = f"{result.passes} of {len(result.runs)} runs pass, {result.required} have to"
+    reasons = reasons_by_seeds([run for run in result.runs if not run.is_passed])
+    return "\n".join([count, *(f"{seeds_in_words(runs, 8)}: {why}" for why, runs in reasons)])
+
+
+def _counts(cases: Sequence[Case]) -> str:
+    failures = sum(bool(failure) for _, failure in cases)
+    return f'tests="{len(cases)}" failures="{failures}" errors="0"'
+
+
+def _suite(name: str, cases: Sequence[Case]) -> str:
+    title = quoteattr(visible(name))
+    body = "".join(_case(title, *case) for case in cases)
+    return f"<testsuite name={title} {_counts(cases)}>\n{body}</testsuite>\n"
+
+
+def _case(suite: str, name: str, failure: str) -> str:
+    head = f"<testcase classname={suite} name={quoteattr(visible(name))}"
+    if not failure:
+        return f"{head}/>\n"
+    message, text = failure.partition("\n")[0], escape(visible_lines(failure))
+    return (
+        f"{head}>\n<failure message={quoteattr(visible(message))}>{text}</failure>\n</testcase>\n"
+    )
