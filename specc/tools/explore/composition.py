@@ -88,12 +88,13 @@ class Edge(NamedTuple):
 
 
 class _Result(NamedTuple):
-    """A machine after a step, with its number and its move; whether it has failed."""
+    """A machine after a step, with its number and its move; whether it has failed; the step."""
 
     part: MachineConfiguration
     number: int
     transition: tuple[int, Transition]
     ends_run: bool
+    step: Move
 
 
 class Composition:
@@ -297,20 +298,15 @@ class Composition:
         each = [self._step_results(i, numbers[i]) for i in due]
         if self._only_forced:
             each = [tuple(sorted(results, key=_avoidable_last)[:1]) for results in each]
-        watched = bool(self.tracker and self.tracker.has_contracts)
-        steps_before = [(i, parts[i].state, parts[i].buffers) for i in due] if watched else []
+        has_contracts = self.tracker is not None and self.tracker.has_contracts
         is_dead_end = True
         for results in product(*each):
             for i, result in zip(due, results, strict=True):
                 parts[i], numbers[i] = result.part, result.number
             ordered, turn = self.sort_copies(parts) if self.copies else (parts, ())
-            moves = [
-                Move(*before_step, result.transition[1])
-                for before_step, result in zip(steps_before, results, strict=False)
-                if not result.ends_run
-            ]
+            steps = [each.step for each in results if not each.ends_run] if has_contracts else ()
             tracker_state, violated = self._track(
-                phase, ordered, here.tracker_state, visible, moves
+                phase, ordered, here.tracker_state, visible, steps
             )
             if tracker_state == PRUNED:
                 continue
@@ -318,9 +314,9 @@ class Composition:
             configuration = Configuration(phase, tuple(numbers), tracker_state)
             if ordered is not parts:
                 configuration = self.configuration_of(phase, ordered, tracker_state)
-            transitions = tuple([result.transition for result in results])
+            moves = tuple([result.transition for result in results])
             ends = True in [result.ends_run for result in results]
-            yield configuration, Edge(-1, transitions, overwritten, violated, turn, ends)
+            yield configuration, Edge(-1, moves, overwritten, violated, turn, ends)
         self.has_dead_end |= is_dead_end
 
     def _step_results(self, index: int, number: int) -> tuple[_Result, ...]:
@@ -331,7 +327,9 @@ class Composition:
             for local, move, ends in walker.successors(part.state, part.buffers):
                 seen = walker.after_reading(local, part.buffers)
                 after = MachineConfiguration(local, seen, move.sent)
-                found.append(_Result(after, self._part_numbers[index][after], (index, move), ends))
+                step = Move(index, part.state, part.buffers, move)
+                after_number = self._part_numbers[index][after]
+                found.append(_Result(after, after_number, (index, move), ends, step))
             self._step_cache[index][number] = tuple(found)
         return self._step_cache[index][number]
 

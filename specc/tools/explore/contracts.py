@@ -15,7 +15,6 @@ import struct
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import partial
 from typing import NamedTuple
 
 from specc.lang.evaluate import range_of
@@ -263,35 +262,26 @@ def _branch_conditions(endings: Sequence[ConeEnding], row: int) -> list[m.Expr] 
 
 def _is_refuted(condition: m.Expr, others: Sequence[m.Expr], known: KnownValues) -> bool:
     """Whether some of the others fail for all values of a number that a condition allows."""
-    for leaf in dict.fromkeys(value_leaves(condition)):
-        if kind(leaf.type).sort not in ("whole", "real"):
-            continue
-        fails = partial(_fails, condition, known, leaf)
-        low = _last(partial(_below, fails))
-        high = -_last(partial(_above, fails))
-        if low <= high and any(_fails(other, known, leaf, low, high) for other in others):
-            return True
-    return False
+    leaves = dict.fromkeys(value_leaves(condition))
+    numbers = (leaf for leaf in leaves if kind(leaf.type).sort in ("whole", "real"))
+    return any(_is_refuted_by(leaf, condition, others, known) for leaf in numbers)
 
 
-def _fails(
-    condition: m.Expr, known: KnownValues, leaf: m.Input | m.MemoryRef, low: float, high: float
+def _is_refuted_by(
+    leaf: m.Input | m.MemoryRef, condition: m.Expr, others: Sequence[m.Expr], known: KnownValues
 ) -> bool:
-    """Whether a condition fails for all values of an input or memory between two numbers."""
-    within, value = replace(known, _residuals={}), BoundedUnknown(low, high)
-    if isinstance(leaf, m.Input):
-        within.inputs = {**known.inputs, leaf.key: value}
-    else:
-        within.memory = {**known.memory, leaf.name: value}
-    return range_of(condition, within.range_of) == (0, 0)
+    def fails(expr: m.Expr, low: float, high: float) -> bool:
+        """Whether a condition fails for all values of the number between two others."""
+        within, value = replace(known, _residuals={}), BoundedUnknown(low, high)
+        if isinstance(leaf, m.Input):
+            within.inputs = {**known.inputs, leaf.key: value}
+        else:
+            within.memory = {**known.memory, leaf.name: value}
+        return range_of(expr, within.range_of) == (0, 0)
 
-
-def _below(fails: Callable[[float, float], bool], end: float) -> bool:
-    return fails(-MAX_FLOAT, end)
-
-
-def _above(fails: Callable[[float, float], bool], end: float) -> bool:
-    return fails(-end, MAX_FLOAT)
+    low = _last(lambda end: fails(condition, -MAX_FLOAT, end))
+    high = -_last(lambda end: fails(condition, -end, MAX_FLOAT))
+    return low <= high and any(fails(other, low, high) for other in others)
 
 
 def _last(test: Callable[[float], bool]) -> float:

@@ -144,7 +144,7 @@ class RequirementTracker:
             TrackerState(obligations, first, (), begun, ages)
         )
         self.has_contracts = bool(contracts)
-        self.is_plain = not (self._watched or contracts)
+        self._is_plain = not (self._watched or contracts)
         """Whether it knows nothing of ticks before but obligations."""
 
     def _initial_value(self, reading: Reading) -> int:
@@ -201,7 +201,7 @@ class RequirementTracker:
         key: tuple[object, ...] = state_number, observed, ticks
         changes: dict[int, TruthValue] = {}
         answers: tuple[tuple[TruthValue, ...], ...] = ()
-        if not self.is_plain:
+        if not self._is_plain:
             was, now = self.state(before).values, self.state(state_number).values
             changes = {slot: self._has_changed(was[slot], now[slot]) for slot in sorted(renewed)}
             changes = {slot: truth for slot, truth in changes.items() if truth is not False}
@@ -226,17 +226,12 @@ class RequirementTracker:
 
     def _has_changed(self, before: int, after: int) -> TruthValue:
         """Whether a value that is renewed has changed."""
-        if before != after:
-            unclear = (UNKNOWN, PRESENT)
-            return None if before in unclear or after in unclear else self._differ(before, after)
-        return None if not is_known(self._values.value(after)) else False
-
-    def _differ(self, before: int, after: int) -> TruthValue:
-        """Whether the values of two numbers are surely not equal."""
-        if ABSENT in (before, after):
-            return True
         one, other = self._values.value(before), self._values.value(after)
-        return unsigned(one) != unsigned(other) if is_known(one) and is_known(other) else None
+        if is_known(one) and is_known(other):
+            return unsigned(one) != unsigned(other)
+        if before == after or not {UNKNOWN, PRESENT}.isdisjoint((before, after)):
+            return None
+        return True if ABSENT in (before, after) else None
 
     def _answers(
         self,
