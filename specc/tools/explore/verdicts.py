@@ -184,7 +184,7 @@ def _junction(op: str, parts: Iterable[set[TruthValue]]) -> set[TruthValue]:
     others = [part - {absorbing} for part in each]
     if all(others):
         found |= {None} if any(None in part for part in others) else set()
-        found |= {not absorbing} if all(absorbing not in part for part in others) else set()
+        found |= {not absorbing} if all((not absorbing) in part for part in others) else set()
     return found
 
 
