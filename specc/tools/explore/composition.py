@@ -115,7 +115,7 @@ class Composition:
         """`probes` are judged like `requirements` but violate nothing. Steps that surely break
         `contracts` are not followed.
 
-        If `symmetric`, copies of an agent are put into one order, unless there are requirements.
+        If `symmetric`, copies of an agent are put into one order, unless a requirement reads them.
         If `only_forced`, there is only one trace, on which nothing happens that can be avoided.
         """
         self.values = ValueTable(precision.max_values, abstraction.domains)
@@ -138,8 +138,12 @@ class Composition:
             for name in names
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
-        of_kinds = symmetric and not (requirements or probes) and len(names) > 1
-        self.copies = copies_in(names, abstraction) if of_kinds else []
+        self.copies = copies_in(names, abstraction) if symmetric and len(names) > 1 else []
+        readings = [reading for each in (*requirements, *probes) for reading in each.readings]
+        copied = {names[i] for each in self.copies for machines in each.machines for i in machines}
+        # What is sent may be sent to a copy.
+        if any(x.kind == "sent" or x.subsystem in copied for x in readings):
+            self.copies = []
         self._link_cache: dict[
             tuple[int, int, MachineConfiguration], tuple[tuple[int, ...], ...]
         ] = {}

@@ -38,6 +38,8 @@ RequirementStatus = Literal[
     "proved", "violated", "may be violated", "open", "not decided", "not explored"
 ]
 
+VIOLATED_SHARE = 8
+"""Where one trace violates a requirement, all traces get one part in so many of the budget."""
 MEASURED = "reported", "observed"
 """The kinds of readings that exploring never knows."""
 MOST_NAMED = 3
@@ -231,13 +233,14 @@ def judge(subject: RequirementSlice, budget: int) -> JudgedRequirement:
         number, edges = graph.violation(0)
         return {0: violation_finding(requirement, easiest_trace(graph, number, *edges))}
 
-    results = refine(build, look, budget, lambda graph: _tracker(graph).proves(0))
+    # With deadlines too distant for all traces, a single trace may still show the awaited one.
+    single = build(Precision(counts_time=True), budget, only_forced=True)
+    seen = look(single)
+    share = budget // VIOLATED_SHARE if seen else budget
+    results = refine(build, look, share, lambda graph: _tracker(graph).proves(0))
     graphs = [graph for graph, _ in results]
-    last = graphs[-1]
-    if not (last.is_complete or last.broken_off):
-        # With deadlines too distant for all traces, a single trace may still show the awaited one.
-        one = build(Precision(counts_time=True), budget, only_forced=True)
-        results.insert(0, (one, look(one)))
+    if not (graphs[-1].is_complete or graphs[-1].broken_off):
+        results.insert(0, (single, seen))
     violation, is_exact = not_refuted(results).get(0, (None, False))
     verdict, why = verdict_of(requirement, violation, graphs, is_proved=_is_proved(graphs, 0))
     is_asked = not (verdict == "proved" and probes and _is_proved(graphs, 1))
