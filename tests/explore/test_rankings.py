@@ -19,7 +19,9 @@ agents:
       x: {{b: {{k: {{type: int, init: 0}}}}}}
       y: {{b: {{done: bool}}}}
       memory: {{n: {{type: {type}, init: 0}}, c: {{type: int, init: 2}}}}
-      conditions: {{initial: {{full: c >= 20, less: c < 20}}, error: {{much: "n > {start} + 20 or n == {start} - 64"}}}}
+      conditions:
+        initial: {{full: c >= 20, less: c < 20}}
+        error: {{much: "n > {start} + 20 or n == {start} - 64"}}
       functions:
         again: {{n: {start}, c: c + 1}}
         reset: {{n: "n + {step}", c: {reset}}}
