@@ -20,7 +20,9 @@ def tell(report: Report, options: Options) -> None:
         for requirement in report.requirements:
             if requirement["verdict"] == "violated":
                 called = f"{requirement['name']}: " if "name" in requirement else ""
-                say(f"violated: {called}{requirement['that']}, because: {requirement['because']}")
+                what = "broken contract" if "contract" in requirement else "violated"
+                because = requirement["because"] and f", because: {requirement['because']}"
+                say(f"{what}: {called}{requirement['that']}{because}")
     else:
         from specc_runtime.progress.summary import show
 

@@ -34,7 +34,7 @@ class Requirement:
 
     `reads` has the attribute of each value that it names, by that name. `asked` is a formula over
     the same atoms: it holds where the requirement does not hold vacuously. Without `asked`, it is
-    asked at every tick.
+    asked at every tick. `contract` is its name if it is the contract of a device.
     """
 
     def __init__(
@@ -46,9 +46,11 @@ class Requirement:
         *,
         asked: Formula | None = None,
         name: str = "",
+        contract: str = "",
         lasts: bool = True,
     ) -> None:
         self.name = name
+        self.contract = contract
         self.that = that
         self.because = because
         self.reads = reads
@@ -122,6 +124,7 @@ class Requirement:
         first = self._first.get(verdict)
         return {
             **({"name": self.name} if self.name else {}),
+            **({"contract": self.contract} if self.contract else {}),
             "that": self.that,
             "because": self.because,
             "verdict": verdict,

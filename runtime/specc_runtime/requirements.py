@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 from specc_runtime.records import StepRecord
 from specc_runtime.requirement import Encode, Requirement
 from specc_runtime.sampling import PLANT
-from specc_runtime.temporal import UNKNOWN
+from specc_runtime.temporal import UNKNOWN, Atom
 
 __all__ = ["ABSENT", "Reading", "Requirement", "Requirements"]
 
@@ -158,7 +159,8 @@ class _Alike:
         for each in self.requirements:
             past = known.get(each.that)
             if past is None or not each.is_of(past) or (is_other and each.formula.depth < math.inf):
-                missing = each.judge_anew(self.tick, past, earlier.__getitem__, self._show)
+                show = partial(self._show, atoms=list(each.formula.atoms()))
+                missing = each.judge_anew(self.tick, past, earlier.__getitem__, show)
                 if past is None or missing:
                     of = "nothing" if past is None else "too little"
                     lost.append(f"{of} is known of the past for: {each.that}")
@@ -166,17 +168,18 @@ class _Alike:
                 each.restore(past, earlier.__getitem__)
                 if is_other:
                     lost.append(f"what was so before stays as it was judged for: {each.that}")
-        self._show(self._known)
+        self._show(self._known, self._atoms)
         return lost
 
-    def _show(self, values: Mapping[str, Any]) -> None:
-        """Evaluate conditions on these values."""
+    def _show(self, values: Mapping[str, Any], atoms: Iterable[Atom]) -> None:
+        """Evaluate some conditions on these values."""
         for name in vars(type(self.values)).get("__slots__", ()):
             if name not in values and hasattr(self.values, name):
                 delattr(self.values, name)
         for name, value in values.items():
             setattr(self.values, name, value)
-        self.begin()
+        for atom in atoms:
+            atom.update()
 
     def abandon(self, tick: int) -> None:
         """Ticks that are not judged by then are unknown."""

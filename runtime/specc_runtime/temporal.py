@@ -17,6 +17,10 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import chain, groupby, repeat
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from specc_runtime.examination import same
+
 Known = tuple[bool, float]
 """Truth and margin: the margin is >= 0 where true and <= 0 where false."""
 Judgement = tuple[Known, Known]
@@ -95,6 +99,11 @@ def check_runs(data: Any, most: int) -> None:
 
 
 _NUMBER = _Data(int, int)
+_NOTHING_SEEN = -1
+_SEEN = _Data(
+    lambda seen: seen and min(seen, 0), lambda seen: None if seen is None else min(int(seen), 0)
+)
+"""Changes that were seen: restored values count them from 0."""
 _LAST = _Data(of_judgement, read_judgement)
 _WAITING = _Data(_of_waiting, _waiting)
 _BEST = _Data(
@@ -185,6 +194,45 @@ class Atom(Formula):
     def step(self) -> Judgement:
         """See `Formula`."""
         return self.now
+
+
+class Watched(Atom):
+    """A value of which each change is counted; `reads` are the attributes that it reads."""
+
+    def __init__(self, value: Callable[[], Any], *reads: str) -> None:
+        super().__init__(lambda: UNKNOWN, *reads)
+        self._value = value
+        self.changes = 0
+        self.last: Any = _NEVER
+        """Its value, or `_ABSENT`."""
+
+    def update(self) -> None:
+        """Compute it again; the first value is no change."""
+        try:
+            found = self._value()
+        except Exception as error:
+            if not _may_be_raised(error, self.reads):
+                raise
+            found = _ABSENT
+        self.changes += self.last is not _NEVER and not _is_equal(found, self.last)
+        self.last, self.now = found, UNKNOWN if found is _ABSENT else TRUE
+
+    def forget(self) -> None:
+        """Begin anew: the next value is that of the last tick."""
+        self.changes, self.last = 0, _NEVER
+
+
+_NEVER, _ABSENT = object(), object()
+
+
+def _is_equal(a: Any, b: Any) -> bool:
+    """Whether two values are equal; a component that is missing equals itself."""
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        is_missing = (a != a) & (b != b)  # NaN
+        return a.shape == b.shape and bool(np.all((a == b) | is_missing))
+    if isinstance(a, tuple | list) and type(a) is type(b):
+        return len(a) == len(b) and all(map(_is_equal, a, b))
+    return bool(a == b) if isinstance(a, int | float | str) else same(a, b)
 
 
 def _may_be_raised(error: Exception, reads: Collection[str] = ()) -> bool:
@@ -328,6 +376,53 @@ class Historically(_Window):
     """The formula held at all ticks of the past window."""
 
     best, ahead = False, False
+
+
+class _Unchanged(Formula):
+    """Whether a value is what it was at the tick before; at the first tick it is not."""
+
+    keeps: ClassVar[Mapping[str, _Data]] = {"_seen": _SEEN}
+    depth = 1
+
+    def __init__(self, value: Watched) -> None:
+        self._value = value
+        self._seen: int | None = _NOTHING_SEEN
+        """Changes until the last tick; None if that tick is unknown."""
+
+    def atoms(self) -> Iterator[Atom]:
+        """See `Formula`."""
+        yield self._value
+
+    def step(self) -> Judgement:
+        """See `Formula`."""
+        if self._value.now is UNKNOWN and self._value.last is not _ABSENT:
+            self._seen = None
+            return UNKNOWN
+        seen, self._seen = self._seen, self._value.changes
+        if seen is None:
+            return UNKNOWN
+        return self._value.now if seen == self._seen else FALSE
+
+    def restore(self, saved: Any) -> None:
+        """See `_History`."""
+        super().restore(saved)
+        self._value.forget()
+
+
+class Stays(Historically):
+    """A value has been equal at this tick and the `ticks` before; false until there are as many.
+
+    To become absent, or present, is a change. It is unknown of a value that stays absent.
+    """
+
+    def __init__(self, ticks: int, value: Watched) -> None:
+        super().__init__(max(0, ticks - 1), _Unchanged(value))
+        self._is_trivial = not ticks
+
+    def step(self) -> Judgement | None:
+        """See `Formula`."""
+        found = super().step()
+        return TRUE if self._is_trivial else found
 
 
 class Since(Formula):

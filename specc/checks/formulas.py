@@ -14,6 +14,7 @@ from specc.model.expr import BoundVariable, ConstantRef, Expr, MemoryRef, Truth,
 from specc.model.requirement import (
     BoolOp,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     TickCondition,
@@ -42,7 +43,7 @@ def _size(formula: TemporalFormula) -> int:
 
 
 def _place(of: Requirement, part: TemporalFormula | Expr) -> Place:
-    span = span_of(part) if isinstance(part, TickCondition | BoolOp | Temporal) else part.span
+    span = span_of(part) if isinstance(part, TemporalFormula) else part.span
     return of.place.within(*span)
 
 
@@ -252,17 +253,20 @@ def windows_reach(facts: Facts) -> Iterator[Diagnostic]:
     for item in _formulas(facts):
         owners = {r.name: r.subsystem for r in item.readings}
         for part in _parts(item.formula):
-            if not isinstance(part, Temporal) or item.is_named(part):
+            if not isinstance(part, Temporal | Stays) or item.is_named(part):
                 continue
-            if part.op == "since" or part.span is None:
+            op = "stays" if isinstance(part, Stays) else part.op
+            if op == "since" or part.span is None:
                 continue
-            (operand,) = part.operands
             tick, span = facts.rates.tick_s, in_ms(part.span_s) if part.span_s else "no time"
             if part.span_s < tick:
-                message = f"`{part.op}` reaches over {span}, less than one tick of {in_ms(tick)}"
+                message = f"`{op}` reaches over {span}, less than one tick of {in_ms(tick)}"
                 help = "write a longer time, or leave the operator out"
                 yield Diagnostic("W0336", message, _place(item, part.span), help=help)
-            elif isinstance(operand, Temporal) and operand.op == part.op:
+            if part.span_s < tick or isinstance(part, Stays):
+                continue
+            (operand,) = part.operands
+            if isinstance(operand, Temporal) and operand.op == part.op:
                 total = float(part.span_s + operand.span_s)
                 inner = item.part(operand.operands[0])
                 message = f"`{part.op}` of `{operand.op}` is one that reaches over both times"

@@ -125,6 +125,9 @@ def _as_json(
             "until_a_step_fails": r.may_end_early,
             "answer_cannot_come": r.is_dead_end,
             "rests_on": list(r.assumptions),
+            "given": list(r.given),
+            "refused": r.refusal,
+            "missing": list(r.missing),
             **_recording(r.finding, found, traces),
         }
         for r in found.requirements
@@ -259,7 +262,7 @@ def _record(
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
     # A monitor has to see that what is required does not come.
-    every = built.result.system.requirements
+    every = built.result.system.run_requirements
     required = [r for r in every if (r.that, r.place) == finding.identity[1:]]
     ahead_s = max((float(horizon_s(each.formula)) for each in required), default=0.0)
     after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)

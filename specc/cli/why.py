@@ -108,7 +108,7 @@ class _MomentReport:
     def _violations(self) -> Iterator[WhyLine]:
         """Requirements that were violated by then: what they asked for, and what came of it."""
         found = call_runtime("recording.moment", "violations", self._index, self._time_s)
-        required = {each.that: each for each in self._system.requirements}
+        required = {each.that: each for each in self._system.run_requirements}
         steps = partial(call_runtime, "recording.moment", "last_steps", self._index)
         for that, since_s in found[:_MOST_VIOLATIONS]:
             yield from self._explainer.violation(that, since_s, required.get(that), steps)

@@ -25,6 +25,7 @@ from specc.model.expr import LENGTH
 TIMED = ("within", "throughout", "once", "historically")
 USAGE = MappingProxyType(
     {name: f"{name}(0.2[s], p)" for name in TIMED}
+    | {"stays": "stays(v, 0.2[s])"}
     | {"always": "always(p)", "since": "since(p, q)", "implies": "p implies q"}
 )
 """The operators of formulas and how each is written."""

@@ -82,8 +82,8 @@ _IMPORTED = {
         "PlantSpec", "Scheduled", "System", "Task",
     ),
     "specc_runtime.temporal": (
-        "And", "Atom", "Historically", "Judgement", "Not", "Once", "Or", "Since", "Throughout",
-        "Within", "judged",
+        "And", "Atom", "Historically", "Judgement", "Not", "Once", "Or", "Since", "Stays",
+        "Throughout", "Watched", "Within", "judged",
     ),
     "specc_runtime.values": ("Depth", "Pose", "Rgb", "Spatial", "Vector"),
     "typing": ("Any", "ClassVar", "Final", "Literal"),

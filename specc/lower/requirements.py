@@ -30,6 +30,7 @@ from specc.model.fsm import Trace
 from specc.model.requirement import (
     Reading,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     TickCondition,
@@ -70,13 +71,15 @@ class RequirementPlan:
     name: str
     trigger: str
     """Of when it asks something of a run; empty where it does at every tick."""
+    contract: str
+    """What it is called as the contract of a device."""
 
 
 def requirements_plan(
     system: System, types: PythonTypes, tick_s: Fraction, *, triggers: bool
 ) -> FilePlan:
     """What the module of the requirements, or of the triggers, of a system contains."""
-    required = system.triggers if triggers else system.requirements
+    required = system.triggers if triggers else system.run_requirements
     readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
     elements = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
@@ -179,17 +182,19 @@ class _FormulaWriter:
     table: TermTable
     tick_s: Fraction
     methods: list[MethodPlan] = field(default_factory=list)
-    atoms: list[tuple[str, str]] = field(default_factory=list)
-    """Attribute of each atom, and the arguments that make it."""
+    atoms: list[tuple[str, str, str]] = field(default_factory=list)
+    """Attribute of each atom, its class, and the arguments that make it."""
     _atoms: dict[e.Expr, str] = field(default_factory=dict)
     """Of the conditions in one requirement, each once."""
+    _watched: dict[e.Expr, str] = field(default_factory=dict)
+    """Of the values in one requirement of which changes are asked, each once."""
 
     def plan(self, item: Requirement) -> RequirementPlan:
         """One requirement."""
         pairs = [f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings]
         parts = (node for part in expressions_in(item.formula) for node in e.walk(part))
         pairs += [f"{literal(name)}: {literal(self._slot(name))}" for name in self._live(parts)]
-        self._atoms = {}
+        self._atoms, self._watched = {}, {}
         formula = self._formula(item.formula)
         premise = antecedent(item.formula)
         return RequirementPlan(
@@ -198,8 +203,9 @@ class _FormulaWriter:
             formula,
             f"{{{', '.join(pairs)}}}",
             item.holds_always,
-            literal(item.name) if item.name else "",
+            literal(item.name) if item.name and not item.device else "",
             "" if premise is None else self._formula(premise),
+            literal(item.name) if item.device else "",
         )
 
     def _formula(self, formula: TemporalFormula) -> str:
@@ -207,6 +213,11 @@ class _FormulaWriter:
             if formula.that not in self._atoms:
                 self._atoms[formula.that] = f"self.{self._atom(formula.that)}"
             return self._atoms[formula.that]
+        if isinstance(formula, Stays):
+            stays = self.module.imports.runtime_name("Stays")
+            if formula.value not in self._watched:
+                self._watched[formula.value] = f"self.{self._value(formula.value)}"
+            return f"{stays}({formula.span_s // self.tick_s}, {self._watched[formula.value]})"
         name = self.module.imports.runtime_name(formula.op.capitalize())
         operands = [self._formula(operand) for operand in formula.operands]
         if isinstance(formula, Temporal) and formula.op != "since":
@@ -215,26 +226,42 @@ class _FormulaWriter:
 
     def _atom(self, that: e.Expr) -> str:
         """Write a method that judges a condition; returns the attribute with its atom."""
-        number = len(self.methods) + 1
         judge = self.module.imports.runtime_name("judged")
         self.module.imports.runtime_name("Judgement")
-        self.module.imports.runtime_name("Atom")
-        nodes = Emitter(self.module, self.table)
-        nodes.name_hint = f"atom_{number}"
-        nodes.may_hoist = False  # there is no first period that would put arrays together
+        atom = self.module.imports.runtime_name("Atom")
+        nodes, name = self._emitter("atom")
         texts = [nodes.emit(self.table.of(that)).text]
         if _compares(that):
             lazily = "" if isinstance(that, e.Compare) else "lambda: "
             texts.append(lazily + self._margin(nodes, that))
+        value = f"{judge}({', '.join(texts)})"
+        self.atoms.append((name, atom, self._method(nodes, name, that, value, "Judgement")))
+        return name
+
+    def _value(self, value: e.Expr) -> str:
+        """Write a method that computes a value; returns the attribute that watches it."""
+        watched = self.module.imports.runtime_name("Watched")
+        nodes, name = self._emitter("value")
+        text, result = nodes.emit(self.table.of(value)).text, self.module.annotations.of(value.type)
+        self.atoms.append((name, watched, self._method(nodes, name, value, text, result)))
+        return name
+
+    def _emitter(self, what: str) -> tuple[Emitter, str]:
+        name = f"{what}_{len(self.methods) + 1}"
+        nodes = Emitter(self.module, self.table)
+        nodes.name_hint = name
+        nodes.may_hoist = False  # there is no first period that would put arrays together
+        return nodes, name
+
+    def _method(self, nodes: Emitter, name: str, expr: e.Expr, text: str, result: str) -> str:
+        """Write a method; returns it and the attributes that it reads, as arguments."""
         lines = ["memory = self.values"] if "memory" in nodes.used_buffers else []
-        lines.append(f"return {judge}({', '.join(texts)})")
-        doc = docstring(show(that))
-        self.methods.append(MethodPlan(f"_atom_{number}", (), "Judgement", doc, tuple(lines)))
-        read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
+        lines.append(f"return {text}")
+        self.methods.append(MethodPlan(f"_{name}", (), result, docstring(show(expr)), tuple(lines)))
+        read = (n.name for n in e.walk(expr) if isinstance(n, e.MemoryRef))
         names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
-        names += [literal(self._slot(name)) for name in self._live(e.walk(that))]
-        self.atoms.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
-        return f"atom_{number}"
+        names += [literal(self._slot(name)) for name in self._live(e.walk(expr))]
+        return ", ".join([f"self._{name}", *names])
 
     def _live(self, nodes: Iterable[e.Expr]) -> list[str]:
         """The constants that may change among nodes of expressions."""

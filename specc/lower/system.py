@@ -144,7 +144,7 @@ def run_parts(system: System, imports: Imports, *, stand_ins: bool) -> dict[str,
         return parts
     if system.task:
         parts["disturbances"] = tuple(_disturbances(system.task, imports))
-    if system.requirements:
+    if system.run_requirements:
         parts["requirements"] = imports.runtime_name(REQUIREMENTS)
     if system.triggers:
         parts["triggers"] = imports.runtime_name(TRIGGERS)
@@ -430,7 +430,7 @@ def lower(
     tick_s = base_tick(1 / s.rate_hz for s in system.subsystems)
     if not stand_ins:
         files["layouts.py"] = layouts_plan(system, types)
-        if system.requirements:
+        if system.run_requirements:
             files["requirements.py"] = requirements_plan(system, types, tick_s, triggers=False)
         if system.triggers:
             files["triggers.py"] = requirements_plan(system, types, tick_s, triggers=True)

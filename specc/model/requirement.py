@@ -68,7 +68,27 @@ class Temporal:
         return self.op in ("within", "throughout")
 
 
-TemporalFormula = TickCondition | BoolOp | Temporal
+@dataclass(frozen=True, slots=True)
+class Stays:
+    """`stays(v, T)`: a value has not changed for `span_s` seconds.
+
+    At a tick t with t >= T it is equal at all ticks from t - T to t; before that this is false.
+    """
+
+    value: Expr
+    span_s: Fraction
+    span: Expr | None = None
+    """The span as written, with constants."""
+    at: Offsets = field(default=(0, 0), compare=False)
+    """Where it stands in its text."""
+
+    @property
+    def operands(self) -> tuple[TemporalFormula, ...]:
+        """No formulas: it is about a value."""
+        return ()
+
+
+TemporalFormula = TickCondition | BoolOp | Temporal | Stays
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +104,13 @@ class Requirement:
     name: str = ""
     names: frozenset[str] = frozenset()
     """The `let` names that its text uses."""
+    device: str = ""
+    """The device whose contract it is; a contract is called `device.name`."""
 
     @property
     def that(self) -> str:
-        """The text on one line."""
-        return " ".join(self.text.split())
+        """The text on one line, after the name of a contract: several devices have one text."""
+        return f"{self.name}: " * bool(self.device) + " ".join(self.text.split())
 
     def is_named(self, part: TemporalFormula | Expr) -> bool:
         """Whether the text has a `let` name in the place of this part."""
@@ -119,7 +141,9 @@ def expressions_in(formula: TemporalFormula) -> Iterator[Expr]:
     if isinstance(formula, TickCondition):
         yield formula.that
         return
-    if isinstance(formula, Temporal) and formula.span:
+    if isinstance(formula, Stays):
+        yield formula.value
+    if isinstance(formula, Temporal | Stays) and formula.span:
         yield formula.span
     for operand in formula.operands:
         yield from expressions_in(operand)
@@ -130,7 +154,7 @@ def horizon_s(formula: TemporalFormula) -> Fraction:
     if isinstance(formula, TickCondition):
         return Fraction(0)
     own_s = formula.span_s if isinstance(formula, Temporal) and formula.is_future else Fraction(0)
-    return own_s + max(map(horizon_s, formula.operands))
+    return own_s + max(map(horizon_s, formula.operands), default=Fraction(0))
 
 
 def span_of(formula: TemporalFormula) -> Offsets:
@@ -179,4 +203,4 @@ def is_timeless(formula: TemporalFormula) -> bool:
     """Whether a formula is about the values of one tick alone."""
     if isinstance(formula, TickCondition):
         return True
-    return not isinstance(formula, Temporal) and all(map(is_timeless, formula.operands))
+    return isinstance(formula, BoolOp) and all(map(is_timeless, formula.operands))

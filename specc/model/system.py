@@ -502,6 +502,8 @@ class System:
     stop_when: Requirement | None = None
     """The formula that ends a run, which the command line gives."""
     scenarios: tuple[Scenario, ...] = ()
+    contracts: tuple[Requirement, ...] = ()
+    """What devices do with commands."""
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
@@ -511,9 +513,14 @@ class System:
 
     @property
     def monitored(self) -> tuple[Requirement, ...]:
-        """The formulas that some run monitors: requirements, triggers, those of scenarios."""
+        """The formulas that some run monitors: those of every run, triggers, those of scenarios."""
         of_scenarios = (item for each in self.scenarios for item in each.formulas)
-        return (*self.requirements, *self.triggers, *of_scenarios)
+        return (*self.run_requirements, *self.triggers, *of_scenarios)
+
+    @property
+    def run_requirements(self) -> tuple[Requirement, ...]:
+        """What every run is monitored for: the requirements, then the contracts of devices."""
+        return (*self.requirements, *self.contracts)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:

@@ -12,9 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from specc.lang import show
 from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
-from specc.model.requirement import BoolOp, Temporal, TemporalFormula, TickCondition
+from specc.model.requirement import BoolOp, Stays, Temporal, TemporalFormula, TickCondition
 from specc.model.types import Bool
 from specc.proof.decide import is_satisfiable
 from specc.proof.formula import Formula, Variable, atoms_of
@@ -66,6 +67,12 @@ class Ticks:
                 if op == "not":
                     return self.make.negation(parts[0])
                 return self.make.conjunction(parts) if op == "and" else self.make.disjunction(parts)
+            case Stays(value=value, span_s=span_s):
+                # It changed within the span: what has not changed for longer has not for less.
+                changes = MemoryRef(f"changes {show(value)}", type=Bool())
+                return self.make.negation(
+                    self._flag("stays", span_s, (self._translator.formula(changes),))
+                )
             case Temporal(op=op, operands=operands, span_s=span_s):
                 parts = [self.formula_at(operand) for operand in operands]
                 if op in ("throughout", "historically"):

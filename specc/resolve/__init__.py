@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import Diagnostic, Related
@@ -16,7 +17,7 @@ from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
-from specc.resolve.agents import AgentResolver, OpenAgent
+from specc.resolve.agents import AgentResolver, OpenAgent, WrittenContract
 from specc.resolve.context import Findings, SetValues, YamlNode
 from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.elements import check_interfaces
@@ -97,6 +98,7 @@ def resolve(
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     requirements = formulas.requirements(spec.require, file.top["require"])
+    contracts = _contracts(resolver.contracts, world, findings)
     named = types_named(findings, file.path)
     reader = disturbance_reader(
         lambda text, at: formulas.requirement(text, "", at),
@@ -127,6 +129,7 @@ def resolve(
         tuple(formulas.lets.found),
         None if stop_when is None else _stop(formulas, stop_when),
         resolve_scenarios(file, formulas, reader, given),
+        contracts,
     )
     given.report_unknown(findings)
     broken, faulty_names = frozenset(resolver.broken), frozenset(resolver.faulty)
@@ -186,6 +189,27 @@ def _task(
         reader,
         resolver.library.set_values,
     )
+
+
+def _contracts(
+    written: Sequence[WrittenContract], world: World, findings: Findings
+) -> tuple[Requirement, ...]:
+    """Resolve the contracts of devices; those with errors are reported and left out.
+
+    A contract is called after its device, with the agent where several devices have that name.
+    """
+    short = Counter(f"{each.device.name}.{each.name}" for each in written)
+    found = []
+    for each in written:
+        name, device = f"{each.device.name}.{each.name}", each.device
+        if short[name] > 1:
+            name = f"{device.qualified_name}.{each.name}"
+        formulas = FormulaResolver(world, Expressions(findings, each.inside), Lets(), device)
+        at, definition = each.where["that"], each.definition
+        if not isinstance(each.where.raw, dict):
+            at = each.where
+        found.append(formulas.requirement(definition.that, definition.because, at, name))
+    return tuple(contract for contract in found if contract is not None)
 
 
 def _stop(formulas: FormulaResolver, at: YamlNode) -> Requirement | None:

@@ -27,7 +27,7 @@ from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.modes import Target
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
-from specc.schema.files import AgentDef
+from specc.schema.files import AgentDef, ContractDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Place
 
@@ -69,6 +69,17 @@ class OpenSubsystem:
 
 
 @dataclass(frozen=True, slots=True)
+class WrittenContract:
+    """A contract of a device, which is read when all agents are known."""
+
+    device: Device
+    name: str
+    definition: ContractDef
+    where: YamlNode
+    inside: Definitions
+
+
+@dataclass(frozen=True, slots=True)
 class OpenAgent:
     """An agent some of whose subsystems wait for the elements of other ends."""
 
@@ -96,6 +107,7 @@ class AgentResolver:
     faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
     written: WrittenBuffers = field(default_factory=dict)
+    contracts: list[WrittenContract] = field(default_factory=list)
 
     def close(self, agent: OpenAgent) -> Agent:
         """The agent, after all agents have been opened."""
@@ -375,6 +387,9 @@ class AgentResolver:
                 for found, buffer, shared in ((x, item.x, commands), (y, item.y, reports)):
                     if len(found) < len(buffer.elements) or (buffer.interface and not shared):
                         self.broken.add(device.qualified_name)
+                for contract, of in item.contracts.items():
+                    place = here["contracts"][contract]
+                    self.contracts.append(WrittenContract(device, contract, of, place, known))
                 yield device
 
     def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: YamlNode) -> None:

@@ -33,6 +33,7 @@ from specc.model.requirement import (
     FormulaLet,
     Reading,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     TickCondition,
@@ -40,7 +41,8 @@ from specc.model.requirement import (
     span_of,
 )
 from specc.model.requirement import expressions_in as expressions_in
-from specc.model.types import Bool, Real
+from specc.model.system import Device
+from specc.model.types import Bool, Opaque, Real, nested_types
 from specc.model.units import SECOND
 from specc.resolve.context import Findings, Meaning, Use, YamlNode
 from specc.resolve.expressions import Expressions, known_number
@@ -175,11 +177,15 @@ class _Writer(ast.NodeTransformer):
 
 @dataclass(frozen=True, slots=True)
 class FormulaResolver:
-    """Resolves formulas in a world; `lets` are the names that all formulas may use."""
+    """Resolves formulas in a world; `lets` are the names that all formulas may use.
+
+    In the contracts of a `device` `x.E.arm.q` and `y.E.arm.q_d` are what it reports and accepts.
+    """
 
     world: World
     expressions: Expressions
     lets: Lets
+    device: Device | None = None
 
     def requirements(
         self, definitions: Sequence[RequirementDef], where: YamlNode
@@ -242,10 +248,11 @@ class FormulaResolver:
         """Resolve a requirement; None after reporting an error."""
         reader = _RequirementReader(text, self)
         found = self._read(reader, at, reader.requirement)
-        if not isinstance(found, TickCondition | BoolOp | Temporal):
+        if not isinstance(found, TemporalFormula):
             return None
         readings, names = tuple(reader.readings.values()), reader.names
-        return Requirement(text, because, found, reader.lasts, readings, at.place, name, names)
+        of = self.device.qualified_name if self.device else ""
+        return Requirement(text, because, found, reader.lasts, readings, at.place, name, names, of)
 
     def _named(self, name: str, text: str, at: YamlNode) -> FormulaLet | None:
         """What a let stands for; None after reporting an error."""
@@ -254,7 +261,7 @@ class FormulaResolver:
         if found is None:
             return None
         names, place = reader.names, self.lets.places[name]
-        if not isinstance(found, TickCondition | BoolOp | Temporal):
+        if not isinstance(found, TemporalFormula):
             return FormulaLet(name, None, found, names, place)
         readings = tuple(reader.readings.values())
         formula = Requirement(text, "", found, True, readings, at.place, name, names)
@@ -275,7 +282,7 @@ class FormulaResolver:
             for error in failure.errors:
                 self.expressions.report(at, reader.text, error)
         else:
-            if isinstance(found, TickCondition | BoolOp | Temporal):
+            if isinstance(found, TemporalFormula):
                 parts = tuple(dict.fromkeys(expressions_in(found)))
             else:
                 parts = (found,)
@@ -299,6 +306,7 @@ class _RequirementReader:
         self._read: list[ast.expr] = []
         self._definitions = expressions.definitions
         self.scope = constant_scope(expressions.definitions)
+        self._device = known.device
         self._names = Names(text, world, self.readings, self.scope.names())
         self.uses = self._names.uses
 
@@ -351,7 +359,7 @@ class _RequirementReader:
             tree = expand_groups(tree, groups, root)
         self._read = [tree]
         self._names.refuse_unknown_groups(tree)
-        return tree
+        return tree if self._device is None else _ContractNames(self._device).visit(tree)
 
     def _formula(self, node: ast.expr) -> TemporalFormula:
         match node:
@@ -367,6 +375,14 @@ class _RequirementReader:
             return BoolOp("or", (opposite, conclusion), span(node), premise)
         if op == "since":
             return Temporal("since", self._all(self._arguments(node, 2)), at=span(node))
+        if op == "stays":
+            value, span_node = self._arguments(node, 2)
+            span_s, reach = self._span(span_node)
+            watched = self._condition(value, None)
+            if any(isinstance(type_, Opaque) for type_ in nested_types([watched.type])):
+                help = "name a part of it that is a number, a vector, a pose, a text or a record"
+                raise formula_error(value, f"values of {watched.type} cannot be compared", help)
+            return Stays(watched, span_s, reach, span(node))
         if op in TIMED:
             span_node, operand = self._arguments(node, 2)
             span_s, reach = self._span(span_node)
@@ -388,8 +404,22 @@ class _RequirementReader:
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
                 raise formula_error(inner, message, help)
         named = self._names.visit(node)
+        if self._device is not None:
+            self._refuse_others(self._device, named)
         read = {r.name: Declaration(r.type, r.place) for r in self.readings.values()}
         return self._typed(named, replace(self.scope, memory=read), expected)
+
+    def _refuse_others(self, device: Device, tree: ast.expr) -> None:
+        """Report a value in a contract that is none of its device."""
+        for node in nodes_of(tree):
+            if not isinstance(node, ast.Name) or node.id not in self.readings:
+                continue
+            reading = self.readings[node.id]
+            name = reading.name.removeprefix("present(").removesuffix(")")
+            if not name.startswith(f"{device.qualified_name}."):
+                message = f"`{name}` is no value of the device `{device.qualified_name}`"
+                help = "a contract is about one device; say the rest in `require:`"
+                raise formula_error(node, message, help)
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real | None) -> Expr:
         expr = check(node, self.text, scope, expected)
@@ -414,6 +444,32 @@ class _RequirementReader:
         if op in TIMED:
             help += ": a run remembers only so much, so every operator but `always` has a bound"
         raise formula_error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
+
+
+class _ContractNames(ast.NodeTransformer):
+    """Writes `agent.E.arm.q` for `x.E.arm.q` and `y.E.arm.q` in a contract of a device."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        letter = "E" if device.kind == "real_effector" else "R"
+        self._prefixes = {side: f"{side}.{letter}.{device.name}" for side in ("x", "y")}
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """Write out the name of an element, or report one of the other direction."""
+        match node.value:
+            case ast.Attribute(ast.Attribute(ast.Name("x" | "y" as side) as first, "E" | "R"), _):
+                of_device = self._device.x if side == "y" else self._device.y
+                others = self._device.y if side == "y" else self._device.x
+                is_own = ast.unparse(node.value) == self._prefixes[side]
+                is_swapped = node.attr in {item.name for item in others}
+                if is_own and is_swapped and node.attr not in {item.name for item in of_device}:
+                    other = self._prefixes["x" if side == "y" else "y"]
+                    does = "reports" if side == "y" else "accepts"
+                    message = f"`{node.attr}` is what the device {does}"
+                    raise formula_error(node, message, f"write `{other}.{node.attr}`")
+                first.id = self._device.agent
+                return node
+        return self.generic_visit(node)  # type: ignore[return-value]  # an expression stays one
 
 
 def _operator(node: ast.expr) -> str:

@@ -85,6 +85,16 @@ class OperatorDef(Denoted, first="signature python title"):
     python: PythonPath | None = None
 
 
+class ContractDef(SpecModel, short="that"):
+    """What a device does with commands."""
+
+    that: Annotated[str, Text(Role("formula"), filled=True)] = key(
+        about="A formula of temporal logic over what the device accepts, `y.E.device.element`, and "
+        "reports, `x.E.device.element`."
+    )
+    because: Annotated[str, Text()] = key("", "Why it can be relied on.")
+
+
 class DeviceDef(Traced, first="for title eq table fig"):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
@@ -95,6 +105,9 @@ class DeviceDef(Traced, first="for title eq table fig"):
     through: RateText | None = key(
         None,
         "Rate of a virtual effector or receptor of its name that passes everything on: `50 Hz`.",
+    )
+    contracts: dict[ReadableName, ContractDef] = key(
+        {}, "What the device does with commands, by name."
     )
 
 

@@ -72,7 +72,9 @@ def test_every_key_of_faults_outputs_and_requirements_is_told(tmp_path: Path) ->
     assert sorted(told) == sorted(fault.as_data())
     (told,) = _tables(PAGE.split("## Report\n")[0])
     assert report["requirements"]
-    assert all(sorted(told) == sorted({*each, "name"}) for each in report["requirements"])
+    assert all(
+        sorted(told) == sorted({*each, "name", "contract"}) for each in report["requirements"]
+    )
     (told,) = _tables(_section("Real time"))
     besides = "tick_us", "ticks", "steps", "punctual"
     assert sorted(told) == sorted((*real_time_data(Quantiles(), {}, None), *besides))

@@ -10,7 +10,6 @@ from specc.tools.explore.explorer import Exploration
 from specc.tools.explore.findings import TracedFinding
 from tests.explore.enumeration import Enumeration
 from tests.explore.formulas import Formula, Memory
-from tests.explore.verdicts import unrolled
 
 WAITING = ("W1001", "W1002", "W1003", "W1004", "W1005")
 Node = tuple[int, Memory]
@@ -159,7 +158,7 @@ def _not_certain(finding: TracedFinding, there: Enumeration) -> Iterator[str]:
     tick_s = there.system.tick_s
     passed = Counter[str]()
     ticks = {machine.name: machine.ticks for machine in there.machines}
-    for step in unrolled(finding.trace):
+    for step in finding.trace.steps:
         name = step.walker.name
         tick = passed[name] * ticks[name]
         passed[name] += 1

@@ -161,13 +161,20 @@ def _show_requirements(requirements: Iterable[dict[str, Any]], console: Console)
 
 
 _COLOURS = {"met": "green", "violated": "red", "unknown": "yellow"}
+_OF_CONTRACTS = {
+    "met": "contract met",
+    "violated": "broken contract",
+    "unknown": "contract unknown",
+}
 
 
 def _required(requirement: dict[str, Any]) -> str:
     """What became of a requirement, with the values that decided it."""
     verdict, margin, time_s = (requirement[key] for key in ("verdict", "margin", "time_s"))
     called = f"{requirement['name']}: " if "name" in requirement else ""
-    text = f"[{_COLOURS[verdict]}]{verdict}[/] {_safe(called + requirement['that'])}"
+    words = _OF_CONTRACTS if "contract" in requirement else {}
+    text = f"[{_COLOURS[verdict]}]{words.get(verdict, verdict)}[/] "
+    text += _safe(called + requirement["that"])
     if verdict == "met" and requirement["asked"] is False:
         text += ", [yellow]never asked[/]"
     if margin is not None:

@@ -29,7 +29,13 @@ from specc.model.expr import (
     Truth,
     map_children,
 )
-from specc.model.requirement import BoolOp, Requirement, Temporal, TickCondition
+from specc.model.requirement import (
+    Requirement,
+    Stays,
+    Temporal,
+    TemporalFormula,
+    TickCondition,
+)
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import (
     Bool,
@@ -92,9 +98,12 @@ class Constants:
     def is_same_formula(self, old: Requirement, new: Requirement) -> bool:
         return self.canonical_form(old, 0) == self.canonical_form(new, 1)
 
-    def _form(self, formula: Temporal | BoolOp | TickCondition, mark: str) -> object:
+    def _form(self, formula: TemporalFormula, mark: str) -> object:
         if isinstance(formula, TickCondition):
             return self._numbering.number(_marked(formula.that, mark))
+        if isinstance(formula, Stays):
+            value = self._numbering.number(_marked(formula.value, mark))
+            return "stays", formula.span_s, value
         parts = [self._form(operand, mark) for operand in formula.operands]
         if isinstance(formula, Temporal):
             return formula.op, formula.span_s, *parts

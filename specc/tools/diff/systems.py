@@ -367,6 +367,19 @@ def _compare_requirements(diff: SystemDiff, _: PartLog, old: System, new: System
         requirement.remark("because", one.because, other.because)
 
 
+def _compare_contracts(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
+    """Contracts of devices by their names; proofs rest on them, and runs are watched for them."""
+    pairs = diff.log.pair(
+        "contract",
+        tuple({item.name: item for item in system.contracts} for system in (old, new)),
+        lambda item: " ".join(item.text.split()),
+    )
+    for contract, one, other in pairs:
+        same = diff.constants.is_same_formula(one, other)
+        contract.verdict(Verdict(same), (one.that, other.that), "formula")
+        contract.remark("because", one.because, other.because)
+
+
 def _compare_scenarios(diff: SystemDiff, _: PartLog, old: System, new: System) -> None:
     both = ({scenario.name: scenario for scenario in system.scenarios} for system in (old, new))
     lost: dict[str, Any] = {"guarantee": "weaker", "note": "nobody tries it any more"}
@@ -445,6 +458,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "plant": _parts("plant", "plant"),
         "task": _parts("task", "task"),
         "requirements": _compare_requirements,
+        "contracts": _compare_contracts,
         "formula_lets": _parts("let", "formula_lets"),
         "scenarios": _compare_scenarios,
     },

@@ -18,8 +18,9 @@ from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.contracts import Conclusions, Move, contract_watches
 from specc.tools.explore.symmetry import Copies, Permutation, copies_in
-from specc.tools.explore.tracker import RequirementTracker, Visible
+from specc.tools.explore.tracker import PRUNED, RequirementTracker, Visible
 from specc.tools.explore.transitions import FAILED, MachineState, SentValues, Transition
 from specc.tools.explore.values import MOST_VALUES, Interner, ValueTable
 from specc.tools.explore.walker import Walker
@@ -87,12 +88,13 @@ class Edge(NamedTuple):
 
 
 class _Result(NamedTuple):
-    """A machine after a step, with its number and its move; whether it has failed."""
+    """A machine after a step, with its number and its move; whether it has failed; the step."""
 
     part: MachineConfiguration
     number: int
     transition: tuple[int, Transition]
     ends_run: bool
+    step: Move
 
 
 class Composition:
@@ -106,12 +108,14 @@ class Composition:
         *,
         requirements: Sequence[Requirement] = (),
         probes: Sequence[Requirement] = (),
+        contracts: Sequence[Requirement] = (),
         symmetric: bool = True,
         only_forced: bool = False,
     ) -> None:
-        """`probes` are judged like `requirements` but violate nothing.
+        """`probes` are judged like `requirements` but violate nothing. Steps that surely break
+        `contracts` are not followed.
 
-        If `symmetric`, copies of an agent are put into one order, unless there are requirements.
+        If `symmetric`, copies of an agent are put into one order, unless a requirement reads them.
         If `only_forced`, there is only one trace, on which nothing happens that can be avoided.
         """
         self.values = ValueTable(precision.max_values, abstraction.domains)
@@ -126,7 +130,7 @@ class Composition:
                 exact=precision.counts_time,
                 observed={
                     x.element[0]
-                    for each in (*requirements, *probes)
+                    for each in (*requirements, *probes, *contracts)
                     for x in each.readings
                     if x.kind == "memory" and x.subsystem == name
                 },
@@ -134,8 +138,12 @@ class Composition:
             for name in names
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
-        of_kinds = symmetric and not (requirements or probes) and len(names) > 1
-        self.copies = copies_in(names, abstraction) if of_kinds else []
+        self.copies = copies_in(names, abstraction) if symmetric and len(names) > 1 else []
+        readings = [reading for each in (*requirements, *probes) for reading in each.readings]
+        copied = {names[i] for each in self.copies for machines in each.machines for i in machines}
+        # What is sent may be sent to a copy.
+        if any(x.kind == "sent" or x.subsystem in copied for x in readings):
+            self.copies = []
         self._link_cache: dict[
             tuple[int, int, MachineConfiguration], tuple[tuple[int, ...], ...]
         ] = {}
@@ -162,9 +170,19 @@ class Composition:
         self.durations = [int(ticks * self.tick_s / whole_s) for ticks in self._ticks_until_due]
         self.tracker: RequirementTracker | None = None
         if requirements or probes:
+            watches = contract_watches(contracts, requirements, abstraction, self.walkers, whole_s)
             self.tracker = RequirementTracker(
-                requirements, probes, self.walkers, self.values, system, whole_s
+                requirements,
+                probes,
+                self.walkers,
+                self.values,
+                system,
+                whole_s,
+                watches,
+                Conclusions(abstraction.facts.ticks),
             )
+        self.has_dead_end = False
+        """Whether in some configuration every step breaks a contract."""
 
     def _equal_machines(self) -> Iterator[tuple[int, int]]:
         """Pairs of equal machines: the one of the first copy, and the one of another copy."""
@@ -239,13 +257,18 @@ class Composition:
         )
 
     def _track(
-        self, phase: int, parts: Sequence[MachineConfiguration], before: int, visible: Visible
+        self,
+        phase: int,
+        parts: Sequence[MachineConfiguration],
+        before: int,
+        visible: Visible,
+        moves: Sequence[Move] = (),
     ) -> tuple[int, tuple[int, ...]]:
         """The number of the tracker state, and the requirements violated in these ticks."""
         if self.tracker is None:
             return 0, ()
         machines = [part.state for part in parts]
-        return self.tracker.after_ticks(before, visible, machines, self.durations[phase])
+        return self.tracker.after_ticks(before, visible, machines, self.durations[phase], moves)
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configuration after time 0, at which each machine executes its initial behaviour.
@@ -260,6 +283,7 @@ class Composition:
             moves.append((index, successor.transition))
         initial_state = self.tracker.initial_state if self.tracker else 0
         tracker_state, violated = self._track(0, parts, initial_state, ())
+        self.has_dead_end |= tracker_state == PRUNED
         return self.configuration_of(0, parts, tracker_state), Edge(0, tuple(moves), (), violated)
 
     def successors(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
@@ -278,17 +302,26 @@ class Composition:
         each = [self._step_results(i, numbers[i]) for i in due]
         if self._only_forced:
             each = [tuple(sorted(results, key=_avoidable_last)[:1]) for results in each]
+        has_contracts = self.tracker is not None and self.tracker.has_contracts
+        is_dead_end = True
         for results in product(*each):
             for i, result in zip(due, results, strict=True):
                 parts[i], numbers[i] = result.part, result.number
             ordered, turn = self.sort_copies(parts) if self.copies else (parts, ())
-            tracker_state, violated = self._track(phase, ordered, here.tracker_state, visible)
+            steps = [each.step for each in results if not each.ends_run] if has_contracts else ()
+            tracker_state, violated = self._track(
+                phase, ordered, here.tracker_state, visible, steps
+            )
+            if tracker_state == PRUNED:
+                continue
+            is_dead_end = False
             configuration = Configuration(phase, tuple(numbers), tracker_state)
             if ordered is not parts:
                 configuration = self.configuration_of(phase, ordered, tracker_state)
             moves = tuple([result.transition for result in results])
             ends = True in [result.ends_run for result in results]
             yield configuration, Edge(-1, moves, overwritten, violated, turn, ends)
+        self.has_dead_end |= is_dead_end
 
     def _step_results(self, index: int, number: int) -> tuple[_Result, ...]:
         """A machine after each outcome of a step, its buffers read."""
@@ -298,7 +331,9 @@ class Composition:
             for local, move, ends in walker.successors(part.state, part.buffers):
                 seen = walker.after_reading(local, part.buffers)
                 after = MachineConfiguration(local, seen, move.sent)
-                found.append(_Result(after, self._part_numbers[index][after], (index, move), ends))
+                step = Move(index, part.state, part.buffers, move)
+                after_number = self._part_numbers[index][after]
+                found.append(_Result(after, after_number, (index, move), ends, step))
             self._step_cache[index][number] = tuple(found)
         return self._step_cache[index][number]
 

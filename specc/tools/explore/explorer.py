@@ -17,6 +17,7 @@ from specc.tools.explore.findings import FindingsById, TracedFinding, add_best, 
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.plain_graphs import SliceGraphs, TickFormulas, judge_responses
 from specc.tools.explore.refine import finest_complete, not_refuted, refine
+from specc.tools.explore.support import with_contracts
 from specc.tools.explore.symmetry import group_equal_slices
 from specc.tools.explore.verdicts import (
     JudgedRequirement,
@@ -27,10 +28,10 @@ from specc.tools.explore.verdicts import (
     undecided_verdict,
 )
 
-REQUIREMENT_SHARE = 4
-"""Each pass for a requirement has one part in so many of the budget, however many there are.
+RESPONSE_SHARE, MONITOR_SHARE = 2, 4
+"""Each pass for a requirement has one part in so many of the budget, without and with a monitor.
 
-So the verdict on one does not depend on the others.
+However many there are: so the verdict on one does not depend on the others.
 """
 MAX_NAMED = 4
 """Machines and conditions that are named."""
@@ -168,7 +169,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) - index)
         explored, graph, found_here, all_graphs = _explore_slice(names, abstraction, facts, share)
-        graphs.append(SliceGraphs(all_graphs, abstraction, share))
+        graphs.append(SliceGraphs(all_graphs, abstraction, share // MONITOR_SHARE))
         for finding in found_here.values():
             add_best(found, finding)
         for name, row in _reached_rows(graph):
@@ -216,7 +217,7 @@ def _explore_requirements(
             if proof := next(filter(None, proofs), None):
                 verdicts[key] = proof
                 continue
-            judgement = _judge(subject, budget // REQUIREMENT_SHARE)
+            judgement = _judge(subject, budget)
         except (KeyboardInterrupt, MemoryError) as error:
             result.broken_off = broken_off(error)
             continue
@@ -231,10 +232,11 @@ def _explore_requirements(
 
 
 def _judge(subject: RequirementSlice, budget: int) -> JudgedRequirement:
-    """Judge a requirement without a monitor if its shape allows that."""
+    """Judge a requirement without a monitor if its shape allows that, then given contracts."""
     formulas = TickFormulas.of(subject.requirement)
-    found = judge_responses(subject, formulas, budget) if formulas else None
-    return found or judge(subject, budget)
+    found = judge_responses(subject, formulas, budget // RESPONSE_SHARE) if formulas else None
+    share = budget // MONITOR_SHARE
+    return with_contracts(found or judge(subject, share), subject, share)
 
 
 def _explore_slice(

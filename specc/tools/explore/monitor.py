@@ -66,10 +66,14 @@ class Past:
 
 
 class MonitorState(NamedTuple):
-    """The obligation, and how long ago each past operator surely, and maybe, held."""
+    """The obligation, and how long ago each past operator surely, and maybe, held.
+
+    `waiting` are the ticks before the first one that is judged.
+    """
 
     obligation: Obligation
     past: tuple[tuple[int, int], ...]
+    waiting: int = 0
 
 
 class UnsupportedFormulaError(Exception):
@@ -77,15 +81,25 @@ class UnsupportedFormulaError(Exception):
 
 
 class Monitor:
-    """The monitor of one requirement. The caller judges its conditions, `atoms`, at each tick."""
+    """The monitor of one requirement. The caller judges its conditions, `atoms`, at each tick.
 
-    def __init__(self, requirement: r.Requirement, tick_s: Fraction) -> None:
+    Those in `watched` are values: the truth of each is whether it changed at the tick, as it did at
+    the first one.
+    """
+
+    def __init__(self, requirement: r.Requirement, tick_s: Fraction, lag: int = 0) -> None:
         """`tick_s` is the base tick of the whole system.
+
+        A monitor that lags judges at each tick what was so `lag` ticks before, with changes told
+        as they are: what has not changed for so much longer had not changed then, and of what has
+        nothing is known.
 
         Raises:
             UnsupportedFormulaError: a past operator has a future operator in it.
         """
         self.atoms: list[Expr] = []
+        self.watched: set[int] = set()
+        self._lag, self._lagging = lag, set[int]()
         self._past: dict[int, Past] = {}
         self._count = 0
         self._tick_s = tick_s
@@ -96,7 +110,7 @@ class Monitor:
         )
         self._atom_indexes = [i for i in range(self._count) if i not in self._past]
         obligation = TruthConstant(True) if self._holds_always else self._formula
-        self.initial_state = MonitorState(obligation, tuple((-1, -1) for _ in self._past))
+        self.initial_state = MonitorState(obligation, tuple((-1, -1) for _ in self._past), lag)
 
     def step(
         self, state: MonitorState, atoms: tuple[TruthValue, ...], ticks: int
@@ -105,8 +119,11 @@ class Monitor:
         verdicts: set[TruthValue] = set()
         while ticks:
             ticks -= 1
-            obligation, past = state
+            obligation, past, waiting = state
             values, past = self._tick_values(atoms, past)
+            if waiting:  # the run has not begun yet
+                state = MonitorState(obligation, past, waiting - 1)
+                continue
             parts = [_progress(obligation, values)]
             if self._holds_always:
                 parts.append(_progress(self._formula, values))
@@ -184,6 +201,8 @@ class Monitor:
                 maybe = 0 if holding is not False else _next_age(maybe, item.ticks)
                 now = surely >= 0, maybe >= 0
             values[index] = None if now[0] != now[1] else now[0]
+            if index in self._lagging and now[0]:
+                values[index] = None
             remembered.append((surely, maybe))
         return values, tuple(remembered)
 
@@ -205,6 +224,8 @@ class Monitor:
                 return Future(
                     "within" if (op == "within") == positive else "throughout", ticks, known
                 )
+        if isinstance(formula, r.Stays):
+            return self._compile_stays(formula, positive=positive)
         assert isinstance(formula, r.Temporal)
         return self._compile_past(formula, positive=positive)
 
@@ -217,6 +238,20 @@ class Monitor:
         leaf = self._new_atom(positive=positive != is_opposite)
         ticks = int(formula.span_s // self._tick_s)
         self._past[leaf.index] = Past("since" if formula.op == "since" else "once", ticks, inside)
+        return leaf
+
+    def _compile_stays(self, formula: r.Stays, *, positive: bool) -> Obligation:
+        """`stays(v, T)` is `not once(T - 1 tick, v changed)`."""
+        ticks = int(formula.span_s // self._tick_s)
+        if not ticks:
+            return TruthConstant(positive)
+        self.watched.add(len(self.atoms))
+        self.atoms.append(formula.value)
+        changed = self._new_atom(positive=True)
+        leaf = self._new_atom(positive=not positive)
+        self._past[leaf.index] = Past("once", ticks - 1 + self._lag, (changed,))
+        if self._lag:
+            self._lagging.add(leaf.index)
         return leaf
 
     def _new_atom(self, *, positive: bool) -> MonitorAtom:

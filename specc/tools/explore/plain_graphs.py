@@ -53,7 +53,8 @@ class SliceGraphs:
             return []
         names = self._tried[0].composition.names
         precision = Precision(counts_time=True)
-        return [Graph(Composition(names, self._abstraction, precision), self._budget)]
+        composition = Composition(names, self._abstraction, precision)
+        return [Graph(composition, self._budget)]
 
     def proof(self, requirement: r.Requirement) -> RequirementVerdict | None:
         """The verdict on a requirement that some graph proves."""

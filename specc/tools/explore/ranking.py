@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
-from math import floor, inf
+from math import floor, inf, ulp
 from typing import Generic, TypeVar
 
 from specc.lang.builtins import FUNCTIONS
@@ -155,7 +155,18 @@ class _Stays(Generic[Node]):
         return (rounds + 1) * max(stays.values()) if len(stays) == len(zone) else None
 
     def _contracted(self, zone: Mapping[Node, Edges[Node]], stay: int) -> dict[Node, int]:
-        whole = next(iter(zone))
+        assert self._region is not None
+        whole, known = next(iter(zone)), self._region
+        inside = [moves for out in zone.values() for _, moves in out]
+
+        def region(node: Node, counter: Counter) -> Region | None:
+            # What changes inside a zone may end up anywhere when a run leaves it.
+            if node == whole and any(_change_of(counter, moves) is not None for moves in inside):
+                return None
+            found = known(node, counter)
+            same = node != whole or all(known(each, counter) == found for each in zone)
+            return found if same else None
+
         place = {node: whole if node in zone else node for node in self._cyclic}
         lasts = {whole: stay, **self.by_node}
         after: dict[Node, list[tuple[Node, Moves]]] = {node: [] for node in self.by_node}
@@ -164,9 +175,7 @@ class _Stays(Generic[Node]):
             leaving = (each for each in self._after[node] if all(each is not one for one in inner))
             out = [(place.get(to, to), moves) for to, moves in leaving]
             after.setdefault(place[node], []).extend(out)
-        stays = _Stays(
-            after, lambda n: lasts[n] if n in lasts else self._ticks(n), self._region
-        ).by_node
+        stays = _Stays(after, lambda n: lasts[n] if n in lasts else self._ticks(n), region).by_node
         return {node: stays[place[node]] for node in self._cyclic if place[node] in stays}
 
 
@@ -195,6 +204,8 @@ def _most_rounds(region: Region, changes: Sequence[float]) -> int | None:
     least = min(map(abs, changes), default=0.0)
     rounds = (region.high - region.low) / least if least else inf
     if rounds >= MOST_ROUNDS:
+        return None
+    if rounds * ulp(max(map(abs, region))) > least:  # floats may round a change away
         return None
     is_whole = all(float(each).is_integer() for each in (*region, *changes))
     return floor(rounds) + (not is_whole)  # one more, for what floats round

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -11,16 +11,19 @@ from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
-from specc.tools.explore.monitor import Monitor, TruthValue
+from specc.tools.explore.contracts import Conclusions, ContractWatch, Move, unsigned
+from specc.tools.explore.monitor import Monitor, MonitorState, TruthValue
 from specc.tools.explore.partial import (
     AbstractValue,
     KnownValues,
+    is_known,
+    is_literal,
     residual,
     static_values,
 )
 from specc.tools.explore.regions import value_leaves
 from specc.tools.explore.transitions import FAILED, MachineState
-from specc.tools.explore.values import ABSENT, UNKNOWN, Interner, ValueTable
+from specc.tools.explore.values import ABSENT, PRESENT, UNKNOWN, Interner, ValueTable
 from specc.tools.explore.walker import Walker
 
 _Ticks = tuple[int, int, tuple[TruthValue, ...], int]
@@ -29,11 +32,23 @@ Visible = Iterable[tuple[int, InputName, int]]
 """Machine and output of values that have just become visible, with their numbers."""
 
 
+PRUNED = -1
+"""The tracker state of what is not followed, since a contract is surely broken."""
+
+
 class TrackerState(NamedTuple):
-    """Numbers of the obligations, and of the last visible value of each reading."""
+    """Numbers of the obligations, and of the last visible value of each reading.
+
+    `watched` are the numbers of the values whose changes are asked, -1 where unknown; none before
+    the first tick. `contracts` are the numbers of obligations of contracts, `ages` for how many
+    ticks each visible value has not changed, as far as contracts ask.
+    """
 
     states: tuple[int, ...]
     values: tuple[int, ...]
+    watched: tuple[int, ...] = ()
+    contracts: tuple[int, ...] = ()
+    ages: tuple[int, ...] = ()
 
 
 class RequirementTracker:
@@ -51,8 +66,12 @@ class RequirementTracker:
         values: ValueTable,
         system: System,
         tick_s: Fraction,
+        contracts: Sequence[ContractWatch] = (),
+        conclusions: Conclusions | None = None,
     ) -> None:
         """Violations of `probes` are not reported. `tick_s` is the base tick of the whole system.
+
+        What surely breaks one of the `contracts` is not followed.
 
         Raises UnsupportedFormulaError.
         """
@@ -69,7 +88,12 @@ class RequirementTracker:
         self._system = system
         self._index = {walker.name: index for index, walker in enumerate(walkers)}
         self._values = values
-        found = {x.name: x for requirement in requirements for x in requirement.readings}
+        self._contracts = contracts
+        self._conclusions = conclusions
+        self._deciding = [n for n, each in enumerate(contracts) if each.walker is None]
+        """The contracts that may decide conditions of requirements on what devices report."""
+        every = [*requirements, *(each.contract for each in contracts)]
+        found = {x.name: x for requirement in every for x in requirement.readings}
         self._readings = tuple(found.values())
         sent = {
             (x.subsystem, x.element, x.initial): x
@@ -89,7 +113,7 @@ class RequirementTracker:
         self._monitor_cache: dict[_Ticks, tuple[int, frozenset[TruthValue]]] = {}
         self._truth_cache: dict[tuple[object, ...], tuple[tuple[TruthValue, ...], ...]] = {}
         self._holding_cache: dict[tuple[object, ...], tuple[TruthValue, ...]] = {}
-        self._step_cache: dict[tuple[int, tuple[int, ...], int], tuple[int, tuple[int, ...]]] = {}
+        self._step_cache: dict[tuple[object, ...], tuple[int, tuple[int, ...]]] = {}
         self._observed = [
             _ObservedMachine(walker, [place for place in self._locations if place[0] == index])
             for index, walker in enumerate(walkers)
@@ -98,7 +122,30 @@ class RequirementTracker:
             self._obligation_numbers.number(monitor.initial_state) for monitor in self.monitors
         )
         first = tuple(self._initial_value(reading) for reading in sent.values())
-        self.initial_state = self._state_numbers.number(TrackerState(obligations, first))
+        self._slots_read = {
+            x.name: self._slots[x.subsystem, x.element, x.initial]
+            for x in self._readings
+            if x.kind == "sent" and x.subsystem in self._index
+        }
+        monitors = [*self.monitors, *(each.monitor for each in contracts)]
+        self._watched = tuple(
+            dict.fromkeys(each.atoms[place] for each in monitors for place in sorted(each.watched))
+        )
+        self._watched_numbers = Interner()
+        self._plain_refs = {
+            m.MemoryRef(x.name, type=x.type) for x in self._readings if not x.asks_presence
+        }
+        begun = tuple(
+            self._obligation_numbers.number(each.monitor.initial_state) for each in contracts
+        )
+        self._longest_lag = max((each.lag for each in contracts), default=0)
+        ages = tuple(-1 for _ in first) if contracts else ()
+        self.initial_state = self._state_numbers.number(
+            TrackerState(obligations, first, (), begun, ages)
+        )
+        self.has_contracts = bool(contracts)
+        self._is_plain = not (self._watched or contracts)
+        """Whether it knows nothing of ticks before but obligations."""
 
     def _initial_value(self, reading: Reading) -> int:
         if reading.initial is None:
@@ -117,12 +164,6 @@ class RequirementTracker:
         found: TrackerState = self._state_numbers.by_number[state_number]
         return found
 
-    def truth(
-        self, index: int, state_number: int, machine_states: Sequence[MachineState]
-    ) -> TruthValue:
-        """Whether a requirement about single ticks holds in a configuration."""
-        return self.truths_now(self.state(state_number).values, machine_states)[index]
-
     def truths_now(
         self, seen: Sequence[int], machine_states: Sequence[MachineState]
     ) -> tuple[TruthValue, ...]:
@@ -139,62 +180,262 @@ class RequirementTracker:
         return self._holding_cache[now]
 
     def after_ticks(
-        self, state_number: int, visible: Visible, machines: Sequence[int], ticks: int
+        self,
+        state_number: int,
+        visible: Visible,
+        machines: Sequence[int],
+        ticks: int,
+        moves: Sequence[Move] = (),
     ) -> tuple[int, tuple[int, ...]]:
         """The obligations after some ticks with constant values, and the violations on them.
 
-        `machines` are numbers of machine states. See `proves` about one that has failed.
+        `machines` are numbers of machine states, `moves` the steps at the first tick. See `proves`
+        about one that has failed. The obligations are `PRUNED` if a contract is surely broken.
         """
+        before, renewed = state_number, set[int]()
         for machine, output, value in visible:
             for slot in self._slots_of_output.get((machine, output), ()):
                 state_number = self._with_value(state_number, slot, value)
+                renewed.add(slot)
         observed = tuple([known[n] for known, n in zip(self._observed, machines, strict=True)])
-        key = state_number, observed, ticks
+        key: tuple[object, ...] = state_number, observed, ticks
+        changes: dict[int, TruthValue] = {}
+        answers: tuple[tuple[TruthValue, ...], ...] = ()
+        if not self._is_plain:
+            was, now = self.state(before).values, self.state(state_number).values
+            changes = {slot: self._has_changed(was[slot], now[slot]) for slot in sorted(renewed)}
+            changes = {slot: truth for slot, truth in changes.items() if truth is not False}
+            answers = tuple(
+                self._answers(each, state_number, changes, moves) for each in self._contracts
+            )
+            key = *key, tuple(changes.items()), answers
         if key not in self._step_cache:
             each = zip(self._observed, machines, strict=True)
             machine_states = [known.walker.states.by_number[n] for known, n in each]
-            self._step_cache[key] = self._step(
-                self._state_numbers.by_number[state_number], machine_states, ticks
-            )
+            # What contracts decide may turn out otherwise at each tick.
+            at_once = 1 if self._deciding else ticks
+            found = self._step(self.state(state_number), machine_states, at_once, changes, answers)
+            violated = set(found[1])
+            for _ in range(ticks - at_once):
+                if found[0] == PRUNED:
+                    break
+                found = self._step(self.state(found[0]), machine_states, 1, {}, answers)
+                violated.update(found[1])
+            self._step_cache[key] = found[0], tuple(sorted(violated))
         return self._step_cache[key]
+
+    def _has_changed(self, before: int, after: int) -> TruthValue:
+        """Whether a value that is renewed has changed."""
+        one, other = self._values.value(before), self._values.value(after)
+        if is_known(one) and is_known(other):
+            return unsigned(one) != unsigned(other)
+        if before == after or not {UNKNOWN, PRESENT}.isdisjoint((before, after)):
+            return None
+        return True if ABSENT in (before, after) else None
+
+    def _answers(
+        self,
+        watch: ContractWatch,
+        state_number: int,
+        changes: Mapping[int, TruthValue],
+        moves: Sequence[Move],
+    ) -> tuple[TruthValue, ...]:
+        """What the step of the observer of a contract says of its measured conditions."""
+        move = next((each for each in moves if each.machine == watch.observer), None)
+        if move is None:
+            return ()
+        state = self.state(state_number)
+        known = self._known_values(self._reading_values(state.values, ()))
+        found = list[TruthValue]()
+        for atom in watch.measured_atoms:
+            slots = self._slots_in(atom)
+            is_old = all(self._age(state, slot, changes) >= watch.lag for slot in slots)
+            found.append(watch.answer(atom, known, move) if is_old else None)
+        return tuple(found)
+
+    def _slots_in(self, atom: m.Expr) -> list[int]:
+        """The visible values that a condition reads."""
+        return [self._slots_read[n] for n in sorted(_reading_names(atom)) if n in self._slots_read]
+
+    def _age(self, state: TrackerState, slot: int, changes: Mapping[int, TruthValue]) -> int:
+        """For how many ticks a visible value has not changed, as far as contracts ask."""
+        return 0 if slot in changes else min(state.ages[slot] + 1, self._longest_lag)
 
     def _with_value(self, state_number: int, slot: int, value: int) -> int:
         """The tracker state with another visible value."""
-        states, seen = self._state_numbers.by_number[state_number]
+        state = self.state(state_number)
+        seen = state.values
         if seen[slot] == value:
             return state_number
-        return self._state_numbers.number(
-            TrackerState(states, (*seen[:slot], value, *seen[slot + 1 :]))
-        )
+        values = (*seen[:slot], value, *seen[slot + 1 :])
+        return self._state_numbers.number(state._replace(values=values))
 
     def _step(
-        self, tracker_state: TrackerState, machine_states: Sequence[MachineState], ticks: int
+        self,
+        tracker_state: TrackerState,
+        machine_states: Sequence[MachineState],
+        ticks: int,
+        changes: Mapping[int, TruthValue],
+        answers: Sequence[tuple[TruthValue, ...]],
     ) -> tuple[int, tuple[int, ...]]:
         now = self._reading_values(tracker_state.values, machine_states)
         failed = any(local.clock == FAILED for local in machine_states)
         states, violated = [], []
+        watched = self._watched_now(now) if self._watched else ()
+        changed = dict(
+            zip(self._watched, self._watched_changes(tracker_state, watched, changes), strict=True)
+        )
+        ages = tuple(
+            min(self._age(tracker_state, slot, changes) + ticks - 1, self._longest_lag)
+            for slot in range(len(tracker_state.ages))
+        )
+        contracts = []
+        for number, state in enumerate(tracker_state.contracts):
+            watch = self._contracts[number]
+            atoms = self._contract_atoms(watch, now, tracker_state, changes, answers[number])
+            after, verdicts = self._step_monitor(~number, state, atoms, ticks, changed)
+            if False in verdicts:
+                return PRUNED, ()
+            contracts.append(after)
         zipped = zip(tracker_state.states, self._truths(now), strict=True)
-        for index, (state, atoms) in enumerate(zipped):
-            after, verdicts = self._step_monitor(index, state, atoms, ticks)
+        for index, (state, found) in enumerate(zipped):
+            atoms = found
+            if self._deciding and None in found:
+                atoms = self._decided(index, found, now, tracker_state, changed)
+            after, verdicts = self._step_monitor(index, state, atoms, ticks, changed)
             self._verdicts[index] |= verdicts - {None} if failed else verdicts
             if failed and None in verdicts:
                 self._open_after_failure.add(index)
             if False in verdicts and index < self._requirement_count:
                 violated.append(index)
             states.append(after)
-        return self._state_numbers.number(TrackerState(tuple(states), tracker_state.values)), tuple(
-            violated
+        reached = TrackerState(tuple(states), tracker_state.values, watched, tuple(contracts), ages)
+        return self._state_numbers.number(reached), tuple(violated)
+
+    def _decided(
+        self,
+        index: int,
+        atoms: tuple[TruthValue, ...],
+        now: tuple[object, ...],
+        state: TrackerState,
+        changed: Mapping[m.Expr, TruthValue],
+    ) -> tuple[TruthValue, ...]:
+        """The truth of conditions at one tick: one that would break a contract is not so."""
+        known, found, monitor = self._known_values(now), list(atoms), self.monitors[index]
+        for place, atom in enumerate(monitor.atoms):
+            if atoms[place] is None and place not in monitor.watched:
+                assumed = residual(atom, known)
+                for truth in (True, False):
+                    if any(
+                        self._would_break(number, assumed, truth, known, state, changed)
+                        for number in self._deciding
+                    ):
+                        found[place] = not truth
+        return tuple(found)
+
+    def _would_break(
+        self,
+        number: int,
+        assumed: m.Expr,
+        truth: bool,
+        known: KnownValues,
+        state: TrackerState,
+        changed: Mapping[m.Expr, TruthValue],
+    ) -> bool:
+        """Whether a contract is surely broken at this tick if a condition has a truth value."""
+        watch = self._contracts[number]
+        assert self._conclusions is not None  # there are contracts
+        atoms = tuple(
+            self._conclusions.under(assumed, truth, residual(atom, known))
+            if place not in watch.monitor.watched
+            else None
+            for place, atom in enumerate(watch.monitor.atoms)
+        )
+        begun = state.contracts[number]
+        return False in self._step_monitor(~number, begun, atoms, 1, changed)[1]
+
+    def _watched_now(self, now: tuple[object, ...]) -> tuple[int, ...]:
+        """The numbers of the values whose changes are asked."""
+        known = self._known_values(now)
+        found = (residual(value, known) for value in self._watched)
+        return tuple(
+            self._watched_numbers.number(unsigned(value)) if is_literal(value) else -1
+            for value in found
         )
 
+    def _watched_changes(
+        self, state: TrackerState, watched: tuple[int, ...], changes: Mapping[int, TruthValue]
+    ) -> Iterator[TruthValue]:
+        """Whether each of these values changed at this tick; they do at the first one."""
+        if not state.watched:
+            yield from (True for _ in self._watched)
+            return
+        for value, was, number in zip(self._watched, state.watched, watched, strict=True):
+            names, slots = _reading_names(value), self._slots_in(value)
+            is_sent = len(names) == len(slots) and not m.is_live(value)
+            if is_sent and not any(slot in changes for slot in slots):
+                yield False
+            elif is_sent and value in self._plain_refs:
+                yield changes[slots[0]]
+            else:
+                yield None if -1 in (was, number) else was != number
+
+    def _contract_atoms(
+        self,
+        watch: ContractWatch,
+        now: tuple[object, ...],
+        state: TrackerState,
+        changes: Mapping[int, TruthValue],
+        answers: Sequence[TruthValue],
+    ) -> tuple[TruthValue, ...]:
+        """The truth of the conditions of a contract as its observer saw them."""
+        number = self._contracts.index(watch)
+        begun: MonitorState = self._obligation_numbers.by_number[state.contracts[number]]
+        # Before the run has begun for the observer, it saw no measurements.
+        measured = {} if begun.waiting else dict(zip(watch.measured_atoms, answers, strict=False))
+        known, found = self._known_values(now), list[TruthValue]()
+        for atom in watch.monitor.atoms:
+            is_old = all(self._age(state, s, changes) >= watch.lag for s in self._slots_in(atom))
+            if atom in measured:
+                found.append(measured[atom])
+            elif watch.is_measured(atom) or not is_old:
+                found.append(None)
+            else:
+                found += _truth_values([residual(atom, known)])
+        return tuple(found)
+
     def _step_monitor(
-        self, index: int, state: int, atoms: tuple[TruthValue, ...], ticks: int
+        self,
+        index: int,
+        state: int,
+        atoms: tuple[TruthValue, ...],
+        ticks: int,
+        changed: Mapping[m.Expr, TruthValue] | None = None,
     ) -> tuple[int, frozenset[TruthValue]]:
-        """A step of one monitor, cached: steps of all often differ in other monitors only."""
-        key = index, state, atoms, ticks
-        if key not in self._monitor_cache:
-            after, verdicts = self.monitors[index].step(
-                self._obligation_numbers.by_number[state], atoms, ticks
+        """A step of one monitor, cached: steps of all often differ in other monitors only.
+
+        Watched values change at the first tick, if at all. Monitors of contracts have negative
+        indexes.
+        """
+        monitor = self.monitors[index] if index >= 0 else self._contracts[~index].monitor
+        first = atoms
+        if monitor.watched and changed is not None:
+            first, atoms = (
+                tuple(
+                    (changed[monitor.atoms[i]] if is_first else False)
+                    if i in monitor.watched
+                    else truth
+                    for i, truth in enumerate(atoms)
+                )
+                for is_first in (True, False)
             )
+        key = index, state, (*first, *atoms), ticks
+        if key not in self._monitor_cache:
+            before = self._obligation_numbers.by_number[state]
+            after, verdicts = monitor.step(before, first, 1 if first != atoms else ticks)
+            if first != atoms and ticks > 1:
+                after, more = monitor.step(after, atoms, ticks - 1)
+                verdicts |= more
             self._monitor_cache[key] = self._obligation_numbers.number(after), frozenset(verdicts)
         return self._monitor_cache[key]
 
@@ -209,10 +450,12 @@ class RequirementTracker:
         for index, kind, slot in self._locations:
             if index < 0:
                 found.append(None)
-            elif machine_states[index].clock == FAILED:
+            elif machine_states and machine_states[index].clock == FAILED:
                 found.append(_FAILED_VALUE)
             elif kind == "sent":
                 found.append(seen[slot])
+            elif not machine_states:
+                found.append(None)
             elif kind == "memory":
                 found.append(machine_states[index].memory[slot])
             else:
@@ -245,8 +488,8 @@ class RequirementTracker:
         for index, monitor in enumerate(self.monitors):
             residuals = [residual(atom, known) for atom in monitor.atoms]
             truths.append(_truth_values(residuals))
-            for atom, condition in zip(monitor.atoms, residuals, strict=True):
-                if isinstance(condition, m.Truth):
+            for place, (atom, condition) in enumerate(zip(monitor.atoms, residuals, strict=True)):
+                if isinstance(condition, m.Truth) or place in monitor.watched:
                     continue
                 self._note_unclear(condition, known)
                 self.absent_values[index] |= _reading_names(atom) & absent or {""}

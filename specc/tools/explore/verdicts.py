@@ -17,6 +17,7 @@ from specc.model import expr as m
 from specc.model.requirement import (
     BoolOp,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     TickCondition,
@@ -37,6 +38,8 @@ RequirementStatus = Literal[
     "proved", "violated", "may be violated", "open", "not decided", "not explored"
 ]
 
+VIOLATED_SHARE = 8
+"""Where one trace violates a requirement, all traces get one part in so many of the budget."""
 MEASURED = "reported", "observed"
 """The kinds of readings that exploring never knows."""
 MOST_NAMED = 3
@@ -60,6 +63,12 @@ class RequirementVerdict:
     """Whether exploring did not find out if the awaited answer can come."""
     is_dead_end: bool = False
     """Whether measurements can lead to a configuration after which no answer can come."""
+    given: tuple[str, ...] = ()
+    """The contracts of devices without which it is not proved."""
+    refusal: str = ""
+    """Why contracts that would prove it do not count."""
+    missing: tuple[str, ...] = ()
+    """Contracts that might prove it, in words."""
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -68,10 +77,18 @@ class RequirementVerdict:
 
     def summary(self) -> str:
         """The verdict."""
+        refusal = f"; {self.refusal}" if self.refusal else ""
         if self.verdict == "open":
-            return f"rests on {join_words(self.assumptions, 'and')}"
+            missing = f"; a contract of a device that might prove it: {'; '.join(self.missing)}"
+            missing = missing if self.missing and not refusal else ""
+            return f"rests on {join_words(self.assumptions, 'and')}{refusal}{missing}"
         if self.verdict == "not decided":
-            return f"not decided, since {self.why or _unknown_values(self.requirement)}"
+            why = self.why or _unknown_values(self.requirement)
+            return f"not decided, since {why}{refusal}"
+        if self.given:
+            contracts = "contract" if len(self.given) == 1 else "contracts"
+            names = join_words([f"`{name}`" for name in self.given], "and")
+            return f"proved, given the {contracts} {names}"
         if not self.is_triggered:
             return "proved, but never asked"
         if self.may_end_early and self.verdict == "proved":
@@ -104,8 +121,14 @@ class RequirementSlice:
 def requirement_slices(facts: Facts) -> list[RequirementSlice]:
     """The requirements that monitors can evaluate, those about single ticks first."""
     found = []
+    under_contract = {x.name for each in facts.system.contracts for x in each.readings}
     for requirement in facts.system.requirements:
-        subsystems = {x.subsystem for x in requirement.readings if x.kind != "reported"}
+        # What is measured is decided by contracts at most.
+        subsystems = {
+            x.subsystem
+            for x in requirement.readings
+            if x.kind != "reported" or x.name in under_contract
+        }
         abstraction = Abstraction(facts, [requirement])
         names = abstraction.with_influences(subsystems)
         if names and is_monitorable(requirement):
@@ -149,6 +172,8 @@ def possible_truths(requirement: Requirement) -> set[TruthValue]:
                 return {None if truth is None else not truth for truth in of(operand)}
             case BoolOp(op="and" | "or" as op, operands=operands):
                 return _junction(op, map(of, operands))
+            case Stays():
+                return {True, False, None}
         return set[TruthValue]().union(*map(of, formula.operands))
 
     return of(requirement.formula)
@@ -161,7 +186,7 @@ def _junction(op: str, parts: Iterable[set[TruthValue]]) -> set[TruthValue]:
     others = [part - {absorbing} for part in each]
     if all(others):
         found |= {None} if any(None in part for part in others) else set()
-        found |= {not absorbing} if all(absorbing not in part for part in others) else set()
+        found |= {not absorbing} if all((not absorbing) in part for part in others) else set()
     return found
 
 
@@ -208,13 +233,14 @@ def judge(subject: RequirementSlice, budget: int) -> JudgedRequirement:
         number, edges = graph.violation(0)
         return {0: violation_finding(requirement, easiest_trace(graph, number, *edges))}
 
-    results = refine(build, look, budget, lambda graph: _tracker(graph).proves(0))
+    # With deadlines too distant for all traces, a single trace may still show the awaited one.
+    single = build(Precision(counts_time=True), budget, only_forced=True)
+    seen = look(single)
+    share = budget // VIOLATED_SHARE if seen else budget
+    results = refine(build, look, share, lambda graph: _tracker(graph).proves(0))
     graphs = [graph for graph, _ in results]
-    last = graphs[-1]
-    if not (last.is_complete or last.broken_off):
-        # With deadlines too distant for all traces, a single trace may still show the awaited one.
-        one = build(Precision(counts_time=True), budget, only_forced=True)
-        results.insert(0, (one, look(one)))
+    if not (graphs[-1].is_complete or graphs[-1].broken_off):
+        results.insert(0, (single, seen))
     violation, is_exact = not_refuted(results).get(0, (None, False))
     verdict, why = verdict_of(requirement, violation, graphs, is_proved=_is_proved(graphs, 0))
     is_asked = not (verdict == "proved" and probes and _is_proved(graphs, 1))

@@ -109,7 +109,7 @@ class Description:
                 "place": self.at(r.place),
                 "constants": dict(self._constants_of(r)),
             }
-            for r in system.requirements
+            for r in system.run_requirements
         )
         found = _shortened(
             {

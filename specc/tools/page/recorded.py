@@ -111,7 +111,7 @@ class SpecifiedContent:
 
     def violation(self, that: str, since_s: float, steps: Steps) -> list[str]:
         """See `RecordedContent`."""
-        for each in self._description.system.requirements:
+        for each in self._description.system.run_requirements:
             if each.that == that:
                 return [*violation_reasons(each, since_s, steps, seconds)]
         return []

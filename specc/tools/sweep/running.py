@@ -304,7 +304,9 @@ def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> s
     for fault in report["faults"]:
         return f"{fault['culprit']}: {fault['message']}"[:_LONGEST_REASON]
     if violated := _labels_with_verdict(report, "violated"):
-        return f"violated: {'; '.join(violated)}"[:_LONGEST_REASON]
+        broken = {r["contract"] for r in report.get("requirements", ()) if "contract" in r}
+        what = "broken contract" if broken.issuperset(violated) else "violated"
+        return f"{what}: {'; '.join(violated)}"[:_LONGEST_REASON]
     if (stop := report.get("stop_when")) and stop["met_s"] is None:
         return f"never held: {stop['that']}"[:_LONGEST_REASON]
     endings = [cycle["ended"] for cycle in report["cycles"] if cycle["ended"] != "completed"]
@@ -317,7 +319,7 @@ def _labels_with_verdict(report: Mapping[str, Any], verdict: str) -> list[str]:
 
 def _label(requirement: Mapping[str, Any]) -> str:
     """What a requirement is called: its name, or its formula."""
-    return str(requirement.get("name") or requirement["that"])
+    return str(requirement.get("name") or requirement.get("contract") or requirement["that"])
 
 
 def _combine_cycles(values: Sequence[Any]) -> Any:

@@ -105,12 +105,15 @@ class Explainer:
     ) -> Iterator[WhyLine]:
         """A requirement that was violated: what it asked for, and what came of it."""
         place = "" if requirement is None else self.at(requirement.place)
-        text = f"violated at {seconds(since_s)}: {one_line(that)}"
+        is_contract = requirement is not None and requirement.device
+        what = "the contract is broken" if is_contract else "violated"
+        text = f"{what} at {seconds(since_s)}: {one_line(that)}"
         yield WhyLine(text, 0, "fault", False, place)
         if requirement is None:
             yield WhyLine(f"{self._spec} has no such requirement", 1, "reason")
             return
-        yield WhyLine(f"because: {one_line(requirement.because)}", 1, "reason")
+        if requirement.because:
+            yield WhyLine(f"because: {one_line(requirement.because)}", 1, "reason")
         for line in violation_reasons(requirement, since_s, steps, seconds):
             yield WhyLine(line, 1, "reason")
 

@@ -19,6 +19,7 @@ from specc.model.requirement import (
     BoolOp,
     Reading,
     Requirement,
+    Stays,
     Temporal,
     TemporalFormula,
     horizon_s,
@@ -339,6 +340,8 @@ def _missed(
             yield from _missed(requirement, conclusion, time_s, shown_s)
         case Temporal(op="within", operands=(part,), span_s=s):
             yield f"{text(part)} had to hold by {until(s)}, {float(s):g} s later, and did not"
+        case Stays(span_s=s):
+            yield f"at {at}: {text(formula)} did not hold: it changed in the {float(s):g} s before"
         case Temporal(op="throughout", operands=(part,), span_s=s):
             part_until = f"{text(part)} had to hold until {until(s)}"
             yield f"{part_until}, for {float(s):g} s, and did not all the time"

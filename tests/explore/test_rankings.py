@@ -1,0 +1,79 @@
+"""Counters bound how long machines stay somewhere only if nothing there sets them back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from specc.pipeline import compile_spec
+from specc.tools.explore.explorer import explore
+
+SYSTEM = """\
+specc: 1.1
+system: nested
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      x: {{b: {{k: {{type: int, init: 0}}}}}}
+      y: {{b: {{done: bool}}}}
+      memory: {{n: {{type: {type}, init: 0}}, c: {{type: int, init: 2}}}}
+      conditions:
+        initial: {{full: c >= 20, less: c < 20}}
+        error: {{much: "n > {start} + 20 or n == {start} - 64"}}
+      functions:
+        again: {{n: {start}, c: c + 1}}
+        reset: {{n: "n + {step}", c: {reset}}}
+        count: {{n: "n + {step}"}}
+        tell: {{y.b.done: True}}
+      behaviours:
+        again: {{functions: [again], terminal: always}}
+        reset: {{functions: [reset], terminal: always}}
+        count: {{functions: [count], terminal: always, error: much}}
+        done: {{functions: [tell], terminal: never}}
+      states: {{A: again, R: reset, C: count, D: done}}
+      initial_state: A
+      transitions:
+        - [A, terminal, full, D]
+        - [A, terminal, less, R]
+        - [R, terminal, always, C]
+        - [C, terminal, always, {after}]
+        - [C, error, always, D]
+  b:
+    control:
+      rate: 10 Hz
+      x: {{a: {{done: bool}}}}
+      y: {{a: {{k: int}}}}
+      conditions: {{terminal: {{came: fresh(x.a.done)}}}}
+      functions: {{f: {{y.a.k: 1}}}}
+      behaviours: {{wait: {{terminal: came}}, end: {{functions: [f], terminal: never}}}}
+      states: {{W: wait, E: end}}
+      initial_state: W
+      transitions: [[W, terminal, always, E]]
+require:
+  - that: always(state(a.c) == R implies within(600[s], state(a.c) == D))
+    because: it counts
+"""
+
+
+@pytest.mark.parametrize(
+    ("holds", "values"),
+    [
+        (True, {"reset": "c"}),  # each round of `n` counts `c`
+        (False, {"reset": "1"}),  # a round of `n` sets `c` back
+        (True, {"after": "R"}),
+        (False, {"after": "R", "type": "real", "start": "1e17", "step": "0.5"}),  # rounds it away
+    ],
+)
+def test_a_counter_ends_a_stay_unless_it_is_set_back(
+    holds: bool, values: dict[str, str], tmp_path: Path
+) -> None:
+    path = tmp_path / "nested.yaml"
+    path.write_text(
+        SYSTEM.format(
+            **{"type": "int", "start": "1", "step": "1", "reset": "1", "after": "A"} | values
+        )
+    )
+    (judged,) = explore(compile_spec(str(path)).proofs, 20_000).requirements
+    assert (judged.verdict == "proved") == holds
