@@ -54,8 +54,12 @@ def replacing_file(path: Path) -> Iterator[Path]:
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Put a file there as a whole; what is no character of a text is spelt out. Raises OSError."""
     data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
-    with replacing_file(path) as aside:
-        aside.write_bytes(data)
+    try:
+        with replacing_file(path) as aside:
+            aside.write_bytes(data)
+    except OSError as error:
+        # Not the name of the new file beside it, which nobody knows.
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 @contextmanager

@@ -84,8 +84,10 @@ class Result:
             return None
         known = {each.name: each for each in self.system.scenarios}
         if name not in known:
-            hint = join_words((f"`{each}`" for each in nearest(name, known) or known), "or")
-            way = f"did you mean {hint}?" if hint else "`scenarios:` of the specification adds one"
+            near = [f"`{each}`" for each in nearest(name, known) or known]
+            way = "the specification has none; `scenarios:` adds one"
+            if near:
+                way = f"did you mean {join_words(near, 'or')}?"
             raise Refused(f"there is no scenario {name!r}; {way}")
         return known[name]
 

@@ -58,6 +58,7 @@ class _Test:
     runs: ScenarioRuns | None = None
     scenarios: list[Scenario] = field(default_factory=list)
     is_shown: bool = False
+    is_unreadable: bool = False
 
     @property
     def results(self) -> list[ScenarioResult]:
@@ -79,6 +80,7 @@ def run_test(options: Namespace) -> int:
     if targets.faults:
         return streams.print_report(report(resolve(targets.faults, Sources()), []))
     out, systems = Path(options.out or _OUT), targets.systems
+    _refuse_places(out, options.junit)
     tests = [_Test(spec, _folder(out, spec, systems)) for spec in systems]
     if not tests:
         raise Refused("there is no system to test, only parts for systems to use")
@@ -89,7 +91,19 @@ def run_test(options: Namespace) -> int:
         if error.filename is None:
             raise
         raise Refused(f"{error.filename}: {reason_of(error)}") from error
+    if any(test.is_unreadable for test in tests):
+        return streams.USAGE_ERROR
     return int(any(test.is_failed for test in tests))
+
+
+def _refuse_places(out: Path, junit: str | None) -> None:
+    """Raise Refused where results cannot be written, before runs are made for them."""
+    if os.path.lexists(out) and not out.is_dir():
+        raise Refused(f"{out} is no folder; name another one with --out")
+    if junit is not None and not Path(junit).parent.is_dir():
+        raise Refused(f"{junit} cannot be written: there is no folder {Path(junit).parent}")
+    if junit is not None and Path(junit).is_dir():
+        raise Refused(f"{junit} is a folder; name a file with --junit")
 
 
 def _folder(out: Path, spec: str, systems: Sequence[str]) -> Path:
@@ -148,6 +162,7 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
     if found.findings:
         streams.print_report(found)
     is_sound = result.ok and not judged.refused and result.system is not None
+    test.is_unreadable = streams.exit_code(found) == streams.USAGE_ERROR
     test.cases.append(("validate", "" if is_sound else _failure(found)))
     streams.print_output(f"{spec}: {'valid' if is_sound else 'INVALID'}\n")
     if not is_sound or result.system is None:
@@ -269,7 +284,7 @@ def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
     for reason, runs in reasons[:_REASONS]:
         yield f"  {seeds_in_words(runs, _SEEDS)}: {reason}"
     if len(reasons) > _REASONS:
-        yield f"  and {len(reasons) - _REASONS} other reasons"
+        yield f"  and {counted(len(reasons) - _REASONS, 'other reason')}"
     failed = next((run for run in result.runs if not run.is_passed), None)
     if failed is not None:
         words = ["specc", "run", test.spec, "--scenario", name, "--seed", str(failed.seed)]

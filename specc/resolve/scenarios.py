@@ -101,8 +101,11 @@ class _ScenarioReader:
             at = where[index]
             match = _SEEDS.fullmatch(text)
             ends = [int(number) for number in match.groups() if number] if match else []
-            if not ends or ends[0] > ends[-1]:
-                way = "write one or several, e.g. `3` or `0..9`"
+            if ends and ends[0] > ends[-1]:
+                way = f"write the first one first: `{ends[-1]}..{ends[0]}`"
+                self._report(at, f"`{text}` is an empty range of seeds", way)
+            elif not ends:
+                way = "write one or several of up to nine digits, e.g. `3` or `0..9`"
                 self._report(at, f"`{text}` is no seed, and no range of seeds", way)
             elif ends[-1] - ends[0] + len(found) >= MAX_SEEDS:
                 self._report(at, f"a scenario has at most {MAX_SEEDS} seeds", "name fewer")

@@ -209,7 +209,7 @@ def test_errors_in_a_specification_are_a_failure(tmp_path: Path) -> None:
     done = specc("test", path, cwd=tmp_path)
     assert done.returncode == 1 and "`speed`" in done.stderr and "INVALID" in done.stdout
     done = specc("test", tmp_path / "none.yaml", cwd=tmp_path)
-    assert done.returncode in (1, 2) and "E0001" in done.stderr
+    assert done.returncode == 2 and "E0001" in done.stderr
 
 
 def test_what_a_scenario_sets_may_be_refused(tmp_path: Path) -> None:
@@ -252,3 +252,26 @@ def test_a_scenario_that_there_is_not_is_named(tmp_path: Path) -> None:
     spec(tmp_path, scenario("slow", PASSES))
     done = specc("run", "belt.yaml", "--scenario", "slwo", cwd=tmp_path)
     assert done.returncode == 2 and "did you mean `slow`?" in done.stderr
+
+
+def test_a_specification_without_scenarios_says_so(tmp_path: Path) -> None:
+    spec(tmp_path)
+    done = specc("run", "belt.yaml", "--scenario", "slow", cwd=tmp_path)
+    assert done.returncode == 2 and "has none" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--junit", "none/all.xml"), "none/all.xml cannot be written: there is no folder none"),
+        (("--junit", "."), ". is a folder"),
+        (("--out", "belt.yaml"), "belt.yaml is no folder"),
+    ],
+)
+def test_where_nothing_can_be_written_nothing_is_run(
+    tmp_path: Path, arguments: tuple[str, str], words: str
+) -> None:
+    spec(tmp_path, scenario("slow", PASSES))
+    done = specc("test", "belt.yaml", *arguments, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr
+    assert not done.stdout and [each.name for each in tmp_path.iterdir()] == ["belt.yaml"]
