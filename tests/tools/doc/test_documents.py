@@ -31,6 +31,8 @@ ALL = sorted(
     if "as_published" not in path.name
 )
 SHORT = ("specs/irp_picking.yaml", "specs/conveyor_gate.yaml", "specs/rovers.yaml")
+FEW = ("specs/irp_picking.yaml", "specs/architectures/two_cells.yaml", "specs/conveyor_gate.yaml")
+"""The longest documents and a short one; the others are left to `soak`."""
 MODELS = ROOT / "models"
 HOSTILE = r"""
 specc: 1.3
@@ -182,8 +184,13 @@ def test_departures_and_the_equations_that_they_are_about() -> None:
 # What takes more than a few seconds.
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("path", ALL)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(each, marks=pytest.mark.long if each in FEW else pytest.mark.soak)
+        for each in ALL
+    ],
+)
 def test_documents_of_all_specifications(path: str, tmp_path: Path) -> None:
     if "panda" in path and not MODELS.exists():
         pytest.skip("no models")
