@@ -19,7 +19,9 @@ agents:
       x: {{b: {{k: {{type: int, init: 0}}}}}}
       y: {{b: {{done: bool}}}}
       memory: {{n: {{type: {type}, init: 0}}, c: {{type: int, init: 2}}}}
-      conditions: {{initial: {{full: c >= 20, less: c < 20}}, error: {{much: "n > {start} + 20 or n == {start} - 64"}}}}
+      conditions:
+        initial: {{full: c >= 20, less: c < 20}}
+        error: {{much: "n > {start} + 20 or n == {start} - 64"}}
       functions:
         again: {{n: {start}, c: c + 1}}
         reset: {{n: "n + {step}", c: {reset}}}
@@ -75,3 +77,18 @@ def test_a_counter_ends_a_stay_unless_it_is_set_back(
     )
     (judged,) = explore(compile_spec(str(path)).proofs, 20_000).requirements
     assert (judged.verdict == "proved") == holds
+
+
+def test_a_counter_that_measurements_drive_ends_a_stay(tmp_path: Path) -> None:
+    """Its region is known although its first step is from a known number."""
+    eye = "real_receptors: {eye: {y: {far: bool}}}"
+    virtual = "virtual_receptors: {eye: {rate: 10 Hz, through: identity}}"
+    text = SYSTEM.format(
+        type="int", start="1", step="(1 if x.eye.far else 2)", reset="c", after="R"
+    )
+    text = text.replace("  a:\n    control", f"  a:\n    {eye}\n    {virtual}\n    control", 1)
+    text = text.replace("x: {b: {k", "x: {eye: {far: {type: bool, init: False}}, b: {k", 1)
+    path = tmp_path / "driven.yaml"
+    path.write_text(text)
+    (judged,) = explore(compile_spec(str(path)).proofs, 20_000).requirements
+    assert judged.verdict == "proved"

@@ -32,11 +32,6 @@ class Response:
     request: tuple[r.TemporalFormula, ...] = ()
 
     @property
-    def immediate(self) -> r.TemporalFormula:
-        """The formula "the answer holds at the tick of the request"."""
-        return r.BoolOp("or", (_negation(self.antecedent), self.answer))
-
-    @property
     def antecedent(self) -> r.TemporalFormula:
         """The request as one formula."""
         return r.BoolOp("and", self.request)

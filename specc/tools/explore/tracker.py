@@ -117,12 +117,6 @@ class RequirementTracker:
         found: TrackerState = self._state_numbers.by_number[state_number]
         return found
 
-    def truth(
-        self, index: int, state_number: int, machine_states: Sequence[MachineState]
-    ) -> TruthValue:
-        """Whether a requirement about single ticks holds in a configuration."""
-        return self.truths_now(self.state(state_number).values, machine_states)[index]
-
     def truths_now(
         self, seen: Sequence[int], machine_states: Sequence[MachineState]
     ) -> tuple[TruthValue, ...]:
