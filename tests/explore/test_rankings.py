@@ -77,3 +77,22 @@ def test_a_counter_ends_a_stay_unless_it_is_set_back(
     )
     (judged,) = explore(compile_spec(str(path)).proofs, 20_000).requirements
     assert (judged.verdict == "proved") == holds
+
+
+def test_a_counter_that_measurements_drive_ends_a_stay(tmp_path: Path) -> None:
+    """Its region is known although its first step is from a known number."""
+    eye = "real_receptors: {eye: {y: {far: bool}}}"
+    virtual = "virtual_receptors: {eye: {rate: 10 Hz, through: identity}}"
+    text = SYSTEM.format(
+        type="int", start="1", step="(1 if x.eye.far else 2)", reset="c", after="R"
+    )
+    text = text.replace("  a:\n    control", f"  a:\n    {eye}\n    {virtual}\n    control", 1)
+    text = text.replace("x: {b: {k", "x: {eye: {far: {type: bool, init: False}}, b: {k", 1)
+    text = text.replace("done: True", "done: True, p: 1")  # `p` is only of the requirement
+    text = text.replace("memory: {", "memory: {p: {type: int, init: 0}, ")
+    asked = "always(state(a.c) == R implies within(600[s], a.c.p == 1))"
+    text += f"  - that: {asked}\n    because: it counts\n"
+    path = tmp_path / "driven.yaml"
+    path.write_text(text)
+    judged = explore(compile_spec(str(path)).proofs, 20_000).requirements
+    assert [each.verdict for each in judged] == ["proved", "proved"]

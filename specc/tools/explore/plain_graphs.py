@@ -231,7 +231,9 @@ def judge_responses(
         return graph
 
     def look(graph: Graph) -> dict[int, TracedFinding]:
-        found = judged[id(graph)].violation()
+        here = judged[id(graph)]
+        # A proof excludes violations, which may go round a cycle that a counter ends.
+        found = None if here.is_proved else here.violation()
         return {} if found is None else {0: found}
 
     results = refine(build, look, budget, lambda graph: judged[id(graph)].is_proved)
