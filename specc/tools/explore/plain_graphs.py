@@ -222,9 +222,13 @@ def judge_responses(
     requirement = subject.requirement
     judged: dict[int, JudgedGraph] = {}
 
-    def build(precision: Precision, budget: int) -> Graph:
+    def build(precision: Precision, budget: int, *, only_forced: bool = False) -> Graph:
         composition = Composition(
-            subject.names, subject.abstraction, precision, requirements=(), probes=formulas.each
+            subject.names,
+            subject.abstraction,
+            precision,
+            probes=formulas.each,
+            only_forced=only_forced,
         )
         graph = Graph(composition, budget)
         judged[id(graph)] = JudgedGraph(graph, formulas, _tracked_truths(graph, formulas))
@@ -238,6 +242,10 @@ def judge_responses(
 
     results = refine(build, look, budget, lambda graph: judged[id(graph)].is_proved)
     graphs = [graph for graph, _ in results]
+    if not (graphs[-1].is_complete or graphs[-1].broken_off):
+        # With a deadline too distant for all traces, a single one may still show what is awaited.
+        single = build(Precision(counts_time=True), budget, only_forced=True)
+        results += [(single, seen)] if (seen := look(single)) else []
     if any(graph.may_fail for graph in graphs):
         return None
     every = [judged[id(graph)] for graph in graphs]

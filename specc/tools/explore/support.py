@@ -170,7 +170,11 @@ def missing_contracts(trace: ExploredTrace, abstraction: Abstraction) -> tuple[s
     """The shapes of contracts that would decide conditions on measurements of a trace."""
     found: dict[str, None] = {}
     devices = {each.qualified_name: each for each in abstraction.facts.system.devices}
-    for step in trace.steps:
+    steps = {
+        (each.walker.name, each.transition.source, each.transition.choices): each
+        for each in reversed(trace.steps)
+    }
+    for step in reversed(steps.values()):  # each kind of step once, in the order of the trace
         walker = step.walker
         state = walker.cone.state.get(step.transition.source)
         for end in state.endings if state else ():

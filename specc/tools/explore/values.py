@@ -7,7 +7,6 @@ from math import prod
 from typing import Any, TypeVar
 
 from specc.lang.evaluate import range_of
-from specc.lang.ranges import ANY
 from specc.model import expr as m
 from specc.model.types import Int, Type
 from specc.tools.explore.partial import (
@@ -107,12 +106,9 @@ class ValueTable:
                 return self._region_numbers(target, expr, expr.value, expr.value)
             self.widened.add(target)
             return (UNKNOWN if isinstance(expr, m.Nothing) else PRESENT,)
-        reads_region = known.reads_region(expr)
-        if is_number(expr) and not is_first:
-            range_ = range_of(expr, known.range_of)
-            if reads_region or (range_ != ANY and self._counts(target)):
-                return self._region_numbers(target, expr, *range_)
-        if reads_region:
+        if known.reads_region(expr):
+            if is_number(expr):
+                return self._region_numbers(target, expr, *range_of(expr, known.range_of))
             self.widened.add(target)
         elif sent and (found := bounded_unknown(expr, range_of(expr, known.range_of), sent)):
             number = self._interner.number(found)
@@ -121,9 +117,6 @@ class ValueTable:
                 ranges.add(number)
                 return (number,)
         return (PRESENT if is_some(expr, known) else UNKNOWN,)
-
-    def _counts(self, target: str) -> bool:
-        return self._domains.get(target, _ANY_NUMBER).counts
 
     def _is_tracked(self, target: str, number: int, value: m.Expr) -> bool:
         """Whether a value of a target is tracked, from now on if the bounds allow."""
