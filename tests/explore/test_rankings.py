@@ -83,9 +83,7 @@ def test_a_counter_ends_a_stay_on_a_graph_of_its_own(tmp_path: Path) -> None:
     """The requirement reads `p`, which no condition of a machine reads."""
     eye = "real_receptors: {eye: {y: {far: bool}}}"
     virtual = "virtual_receptors: {eye: {rate: 10 Hz, through: identity}}"
-    text = SYSTEM.format(
-        type="int", start="1", step="1", reset="c", after="R"
-    )
+    text = SYSTEM.format(type="int", start="1", step="1", reset="c", after="R")
     text = text.replace("  a:\n    control", f"  a:\n    {eye}\n    {virtual}\n    control", 1)
     text = text.replace("x: {b: {k", "x: {eye: {far: {type: bool, init: False}}, b: {k", 1)
     text = text.replace("done: True", "done: True, p: 1")  # `p` is only of the requirement
