@@ -75,6 +75,8 @@ NOTHING_RUNS = [
     ["explore", "cell.yaml"],
     ["explore", "talk.yaml", "--format=json"],
     ["diff", "cell.yaml", "talk.yaml"],
+    ["doc", "cell.yaml", "--out", "document"],
+    ["test", "wrong.yaml", "--out", "tried"],
     ["fmt", "cell.yaml", "--diff"],
     ["fmt", "cell.yaml", "--upgrade"],
     ["explain", "E0201"],
