@@ -63,16 +63,16 @@ class Formula:
         return {
             Form.ALWAYS: lambda _, p, q: (None, not p),
             Form.IMPLIED: lambda _, p, q: (None, p and not q),
-            Form.ANSWERED: lambda m, p, q: _answered(m, p, q, span),
-            Form.LASTING: lambda m, p, q: _lasting(m, p, q, span),
-            Form.PRECEDED: lambda m, p, q: _preceded(m, p, q, span),
-            Form.LASTED: lambda m, p, q: _lasted(m, p, q, span),
+            Form.ANSWERED: lambda m, p, q: _within(m, p, q, span),
+            Form.LASTING: lambda m, p, q: _throughout(m, p, q, span),
+            Form.PRECEDED: lambda m, p, q: _once(m, p, q, span),
+            Form.LASTED: lambda m, p, q: _historically(m, p, q, span),
             Form.SINCE: _since,
             Form.REACHED: lambda m, p, q: _reached(m, q, span),
         }[self.form]
 
 
-def _answered(waits: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
+def _within(waits: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
     """It remembers the age of the oldest request without an answer."""
     if q:
         return None, False
@@ -83,21 +83,21 @@ def _answered(waits: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]
     return waits, waits == span
 
 
-def _lasting(lasts: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
+def _throughout(lasts: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
     """It remembers for how many more ticks `q` has to hold."""
     left = span + 1 if p else lasts or 0
     return (left - 1 if left > 1 else None), left > 0 and not q
 
 
-def _preceded(age: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
+def _once(age: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
     """It remembers how long ago `q` held, if that is not too long."""
     age = 0 if q else None if age is None or age >= span else age + 1
     return age, p and age is None
 
 
-def _lasted(age: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
+def _historically(age: Memory, p: bool, q: bool, span: int) -> tuple[Memory, bool]:
     """It remembers how long ago `q` did not hold."""
-    age, _ = _preceded(age, p, not q, span)
+    age, _ = _once(age, p, not q, span)
     return age, not p and age is not None
 
 

@@ -116,12 +116,12 @@ class Writer:
         rows = tree["transitions"]
         if ends == "asked":
             behaviour["terminal"] = f"t{state}"
-            conditions["terminal"][f"t{state}"] = self._asked()
+            conditions["terminal"][f"t{state}"] = self._random_condition()
             if rng.randrange(3):  # else most machines soon stand still
                 conditions["terminal"][f"t{state}"] = self._counted(function)
         if ends != "never":
             if rng.randrange(3) == 0:
-                conditions["initial"][f"i{state}"] = self._asked()
+                conditions["initial"][f"i{state}"] = self._random_condition()
                 rows.append([state, "terminal", f"i{state}", rng.choice(states)])
                 rows.append([state, "terminal", "otherwise", following])
             else:
@@ -190,7 +190,7 @@ class Writer:
             "count": f"x.eye.d {rng.choice(('>=', '==', '<'))} {rng.randrange(3)}",
         }[self.sensor]
 
-    def _asked(self) -> str:
+    def _random_condition(self) -> str:
         rng, names = self.rng, self._names()
         peer = rng.choice(self.peers)
         ways = [rng.choice(COMPARED)] * 4 + [rng.choice(TIMED), "r >= {s}.0", f"x.{peer}.m == q"]

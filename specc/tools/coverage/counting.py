@@ -76,10 +76,10 @@ class Coverage:
                 for item in (*items, *(self._equations[number] for number in numbers)):
                     self.counts[item] += steps
         self.has_reports &= bool(report)
-        for item in self._asked_requirements(report.get("requirements")):
+        for item in self._requirement_items(report.get("requirements")):
             self.counts[item] += 1
 
-    def _asked_requirements(self, entries: object) -> Iterator[CoverageItem]:
+    def _requirement_items(self, entries: object) -> Iterator[CoverageItem]:
         """The requirements that a run asked, which its report says."""
         for entry in entries if isinstance(entries, list) else ():
             that = entry.get("that") if isinstance(entry, dict) else None

@@ -193,7 +193,7 @@ def test_departures_and_the_equations_that_they_are_about() -> None:
 )
 def test_documents_of_all_specifications(path: str, tmp_path: Path) -> None:
     if "panda" in path and not MODELS.exists():
-        pytest.skip("no models")
+        pytest.skip("the robot models are an own step: make models")
     done = specc("doc", path, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     name = Path(path).stem
