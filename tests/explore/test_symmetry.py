@@ -15,6 +15,7 @@ from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.findings import findings
 from specc.tools.explore.graph import Graph
+from specc.tools.explore.trace import easiest_trace
 
 ROOT = Path(__file__).parents[2]
 CASES = Path(__file__).parent / "cases"
@@ -149,6 +150,19 @@ def test_copies_that_take_turns(tmp_path: Path) -> None:
     machines = {copy[0] for copy in copies.machines}
     became = {frame[min(machines)] for frame in mine._exchanges(mine._frames())}
     assert became == machines
+
+
+def test_a_trace_over_further_edges_follows_copies_that_change_places(tmp_path: Path) -> None:
+    """It is the same wherever its easiest path is cut in two."""
+    graph, _ = composed(compiled(ONE_AT_A_TIME, tmp_path), symmetric=True)
+    exchanging = 0
+    for number in range(0, len(graph.configurations), 7):
+        path, whole = graph.easiest_path(number), easiest_trace(graph, number).steps
+        for cut, (here, _) in enumerate(path):
+            rest = [edge for _, edge in path[cut:]]
+            assert easiest_trace(graph, here, *rest).steps == whole
+            exchanging += any(edge.permutation for edge in rest[:-1])
+    assert exchanging
 
 
 def test_slices_of_copies_are_explored_once(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from specc.source import Place
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import is_known
+from specc.tools.explore.symmetry import composed
 from specc.tools.explore.transitions import Transition
 from specc.tools.explore.walker import Walker
 
@@ -134,12 +135,13 @@ def easiest_trace(graph: Graph, number: int, *last: Edge) -> ExploredTrace:
     ticks, tick_s = 0, composition.tick_s
     steps = [Step(Fraction(0), i, walkers[i], move) for i, move in graph.initial_transitions]
     overwritten: list[tuple[int, InputName]] = []
-    for here, edge in (*graph.easiest_path(number), *((number, edge) for edge in last)):
-        frame = graph.frame(here)
+    frame = graph.frame(0)
+    for edge in (*(edge for _, edge in graph.easiest_path(number)), *last):
         ticks += composition.elapsed_ticks(ticks % composition.hyperperiod)
         moves = (composition.real_transition(frame, *move) for move in edge.transitions)
         steps += (Step(ticks * tick_s, i, walkers[i], move) for i, move in moves)
         overwritten += composition.real_overwritten(frame, edge)
+        frame = composed(frame, edge.permutation)
     free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.transition.choices]
     return ExploredTrace(
         tuple(steps), tuple(overwritten), tuple(dict.fromkeys(free)), ticks * tick_s
