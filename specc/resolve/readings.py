@@ -343,7 +343,9 @@ class Names(ast.NodeTransformer):
         owner: Subsystem | Device | None,
         code: str,
     ) -> ExprError:
-        doubtful = (owner.qualified_name if owner else name) in self._uncertain
+        place = owner.qualified_name if owner else name
+        # An agent may be lost as a whole, with a description that cannot be used.
+        doubtful = not self._uncertain.isdisjoint((place, place.partition(".")[0]))
         help = suggest(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
         code = FOLLOW_UP if doubtful else code
         return formula_error(node, f"unknown {what} `{name}`", help, code)
