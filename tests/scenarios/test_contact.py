@@ -9,8 +9,8 @@ import pytest
 from tests.scenarios.runs import Change, run, variant
 
 LOW_HAND: Change = (
-    'X_EF: {type: "pose[E, F]", is: identity()',
-    'X_EF: {type: "pose[E, F]", is: "translation(0, 0, -0.03[m])"',
+    "X_EF:\n    type: pose[E, F]\n    is: identity()",
+    'X_EF:\n    type: pose[E, F]\n    is: "translation(0, 0, -0.03[m])"',
 )
 """The hand believes its fingers shorter than they are: its palm meets the box before they are
 where they should be."""
