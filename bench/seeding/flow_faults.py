@@ -100,7 +100,7 @@ FAULTS = (
         "reader that is too slow",
         "W0414",
         _slow_readers,
-        {Follows.LATE: "E0410 E0701 E0702"},
+        {Follows.LATE: "E0410 E0701 E0702 W0336"},
         several=Follows.EACH,
     ),
 )

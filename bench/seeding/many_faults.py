@@ -12,6 +12,7 @@ from specc.source import Route, TextNode
 
 _RANGE = re.compile(r"(\d+)\.\.(\d+)")
 _BRACES = re.compile(r"\{(\w+)\}")
+_NO_INDEX = (("for",), ("symbol",))
 
 
 def _routes(node: TextNode, route: Route = ()) -> Iterator[tuple[Route, TextNode]]:
@@ -48,12 +49,12 @@ def _one_more(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _indices(sheet: Sheet) -> Iterator[Seed]:
-    """Another name between the braces of a name or a text."""
+    """Another name between the braces of a name or a text; a symbol has others."""
     for route, node in _routes(sheet.root):
         keys = [node.keys[step] for step in node.keys]
         for place in (node, *keys) if not node.values else keys:
             text = sheet.raw(place)
-            for found in _BRACES.finditer(text) if "for" not in route[-1:] else ():
+            for found in _BRACES.finditer(text) if route[-1:] not in _NO_INDEX else ():
                 start = place.start + found.start(1)
                 yield seed(Edit(start, start + len(found[1]), misspelt(found[1] + "ndex")))
 
