@@ -13,6 +13,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+from mcap.reader import make_reader
 from mcap.writer import Writer
 from specc_runtime.recording.index import Index
 
@@ -64,6 +65,32 @@ def served(*arguments: object, code: int = 0, cwd: Path = ROOT) -> Iterator[Fake
     finally:
         process.kill()
         process.communicate()
+
+
+def without(topic: str, source: Path, file: Path) -> Path:
+    """A copy of a recording without the messages of a topic."""
+    with source.open("rb") as opened, file.open("wb") as out:
+        reader, writer = make_reader(opened), Writer(out)
+        writer.start()
+        for attached in reader.iter_attachments():
+            times = attached.create_time, attached.log_time
+            writer.add_attachment(*times, attached.name, attached.media_type, attached.data)
+        channels: dict[int, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic == topic:
+                continue
+            if channel.id not in channels:
+                assert schema is not None
+                kind = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, kind, channel.metadata
+                )
+            own = channels[channel.id]
+            writer.add_message(own, message.log_time, message.data, message.publish_time)
+        for each in reader.iter_metadata():
+            writer.add_metadata(each.name, each.metadata)
+        writer.finish()
+    return file
 
 
 STEP = {

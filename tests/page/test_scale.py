@@ -173,7 +173,8 @@ def test_a_recording_opens_where_it_went_wrong_once_that_is_read(page: Page) -> 
     script = """
         const lists = ["machines", "signals", "requirements", "panel", "live", "constants"];
         const hello = Object.fromEntries(lists.map((name) => [name, []]));
-        Object.assign(hello, { cameras: [], poses: [], notice: [], bodies: [], can: {} });
+        Object.assign(hello, { usual: [], cameras: [], poses: [], notice: [], bodies: [] });
+        hello.can = {};
         take({ ...hello, type: "hello", source: "file", system: "s", title: "s", begin_s: 0 });
         const marks = [{ time_s: 2, kind: "fault", text: "it fell" }];
         take({ type: "now", time_s: 1, status: "ended", states: {}, poses: null });

@@ -19,7 +19,7 @@ from specc.cli.view import recorded_run
 from specc.tools.page.recorded import RecordedRun
 from tests.commands import ROOT, specc
 from tests.page.browser import Page
-from tests.page.recordings import KEPT, forged_run, opened, served, why_text
+from tests.page.recordings import KEPT, forged_run, opened, served, why_text, without
 from tests.page.runs import LIT, TIME
 from tests.recording.runs import CONVEYOR, messages
 from tests.recording.test_damage import _damaged_at
@@ -157,9 +157,9 @@ def _marks_and_verdicts_agree(run: RecordedRun) -> None:
                 assert found["time_s"] == (since_s if expected else None)
 
 
-def test_verdicts_of_files_without_them_over_time() -> None:
+def test_verdicts_of_files_without_them_over_time(tmp_path: Path) -> None:
     """Those of before they were recorded: open until the report says more."""
-    run = opened(KEPT)
+    run = opened(without("/requirements", KEPT, tmp_path / "run.mcap"))
     assert {each["verdict"] for each in run.moment(3.0, [])["requirements"]} == {"open"}
     assert {each["verdict"] for each in run.now()["requirements"]} == {"holds"}
 
