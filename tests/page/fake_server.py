@@ -75,6 +75,13 @@ class FakeServer:
     def send(self, do: str, **command: Any) -> None:
         self.end.sendall(json.dumps({"do": do, **command}).encode() + b"\n")
 
+    def await_obedience(self) -> None:
+        """Wait until the commands so far are obeyed: one that is unknown is refused after them."""
+        self.send("nothing")
+        self.messages.remove(
+            self.wait("refused", lambda told: told["text"] == "there is no command nothing")
+        )
+
     def of(self, kind: str) -> list[Message]:
         return [message for message in self.messages if message["kind"] == kind]
 
@@ -139,7 +146,10 @@ def shown(
     run = Shown(code.options(**options), speed=speed, is_deaf=is_deaf)
     for command in ({"do": "watch", "clients": 1, "scene": True}, *commands):
         run.server.send(**command)
-    time.sleep(0.05)
+    if is_deaf:
+        time.sleep(0.05)
+    else:
+        run.server.await_obedience()
     try:
         yield run.start()
     finally:

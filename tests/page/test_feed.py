@@ -10,12 +10,15 @@ from typing import Any
 
 import pytest
 from specc_runtime import main
+from specc_runtime.page.link import Content, Link
 from specc_runtime.recording.index import Index
 from specc_runtime.recording.moment import seen_at
 
 from tests.commands import ROOT
 from tests.page.fake_server import Code, shown, written
 from tests.recording.runs import messages, report_of
+from tests.recording.test_real_time import on_the
+from tests.runtime.driven import DrivenClock
 from tests.seeds import short
 
 RUNS = {
@@ -110,9 +113,18 @@ def test_nothing_is_sampled_often_while_nobody_looks(gate: Code) -> None:
     assert run.server.of("spans")
 
 
+def _show_at_once(link: Link, content: Content) -> None:
+    """Nothing newer takes the place of what is shown."""
+    link.post(content() if callable(content) else content)
+
+
 @pytest.mark.long
-def test_what_moves_comes_more_often_than_the_rest(gate: Code) -> None:
-    with shown(gate, speed=1.0, duration_s=4.0) as run:
+def test_what_moves_comes_more_often_than_the_rest(
+    gate: Code, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a clock and a line that no load of the machine makes slower."""
+    monkeypatch.setattr(Link, "show", _show_at_once)
+    with on_the(DrivenClock()), shown(gate, speed=1.0, duration_s=4.0) as run:
         run.thread.join()
     states, whole = run.server.of("state"), run.server.whole()
     assert len(states) > 1.3 * len(whole)
