@@ -1,23 +1,24 @@
 """How long runs may stay in a part of a graph, with counters as ranking functions.
 
-On a cycle of the graph a run may stay for ever, unless a counter ends it. Of a number that counts
-only the region is known. But while a run goes round a cycle on which such a number only grows, by
-at least some amount at some edges, the ends of the region bound how often it takes these edges.
-What is left without them is bounded in the same way, by another counter or since it has no cycle.
+In a strongly connected part of a graph a run may stay for ever, unless a counter ends it. Of a
+number that counts only regions are known. But while a run stays in a part in which such a number
+only grows, by at least some amount at some edges, the ends of its regions bound how often the run
+takes these edges. What is left without them is bounded in the same way, by another counter or
+since it has no cycle: together the counters are a lexicographic ranking function.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from itertools import product
-from math import floor, inf, ulp
-from typing import Generic, TypeVar
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from math import floor, ulp
+from typing import TypeVar
 
+from specc.analysis.graph import components
 from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import range_of
 from specc.lang.ranges import ANY, Range, negative, union
 from specc.model import expr as m
-from specc.reachable import grouped, reachable
+from specc.reachable import reachable
 from specc.tools.explore.partial import KnownValues
 from specc.tools.explore.regions import Region
 from specc.tools.explore.transitions import Transition
@@ -29,6 +30,7 @@ Moves = Sequence[tuple[int, Transition]]
 """The transitions on an edge, each with its machine."""
 Edges = Sequence[tuple[Node, Moves]]
 """The nodes that follow a node, each with what leads there."""
+Edge = tuple[Node, Node, Moves]
 MOST_ROUNDS = 1_000_000
 """The most steps of one counter in a bound; with more, what floats round would add up."""
 
@@ -74,123 +76,61 @@ def longest_stays(
     a number there, if it is known. Without it no counter ends a cycle.
     """
     reached = reachable(nodes, lambda node: [target for target, _ in following(node)])
-    return _Stays({node: following(node) for node in reached}, ticks, region).by_node
+    edges = [(node, target, moves) for node in reached for target, moves in following(node)]
+    return _stays(list(reached), edges, ticks, region)
 
 
-class _Stays(Generic[Node]):
-    """The longest stays in the nodes of a graph."""
-
-    def __init__(
-        self,
-        after: Mapping[Node, Edges[Node]],
-        ticks: Callable[[Node], int],
-        region: Callable[[Node, Counter], Region | None] | None,
-    ) -> None:
-        self._after, self._ticks, self._region = after, ticks, region
-        self.by_node: dict[Node, int] = {}
-        self._follow_paths_backwards()
-        self._cyclic = [node for node in after if node not in self.by_node]
-        best: dict[Node, int] = {}
-        if self._region is None:
-            return
-        for found in (each for one in self._counters() for each in self._contractions(one)):
-            best = max(best, found, key=lambda stays: len(stays))
-            if len(best) == len(self._cyclic):
-                break
-        self.by_node |= best
-
-    def _follow_paths_backwards(self) -> None:
-        """Find the stays in nodes from which no cycle is reached."""
-        after, stays = self._after, self.by_node
-        before = grouped((target, here) for here, out in after.items() for target, _ in out)
-        remaining = {node: len(out) for node, out in after.items()}
-        waiting = [node for node, count in remaining.items() if not count]
-        while waiting:
-            node = waiting.pop()
-            longest = max((stays[target] for target, _ in after[node]), default=0)
-            stays[node] = self._ticks(node) + longest
-            for earlier in before.get(node, ()):
-                remaining[earlier] -= 1
-                waiting += [] if remaining[earlier] else [earlier]
-
-    def _counters(self) -> Iterable[Counter]:
-        moves = (move for n in self._cyclic for _, moves in self._after[n] for move in moves)
-        return dict.fromkeys((i, name) for i, move in moves for name, by in move.counts if by)
-
-    def _contractions(self, counter: Counter) -> Iterator[dict[Node, int]]:
-        """The stays with a zone as one node: nodes between which a number only grows, or shrinks.
-
-        What leads from the zone back to it by any other step is a loop of that node.
-        """
-        assert self._region is not None
-        regions = {node: self._region(node, counter) for node in self._cyclic}
-        for region, sign in product(dict.fromkeys(filter(None, regions.values())), (1, -1)):
-            inside: dict[Node, Edges[Node]] = {}
-            for node in (each for each in self._cyclic if regions[each] == region):
-                changes = [(_change_of(counter, edge[1]), edge) for edge in self._after[node]]
-                inside[node] = [
-                    edge
-                    for by, edge in changes
-                    if regions.get(edge[0]) == region and (by is None or by * sign > 0)
-                ]
-            for part in _connected(inside):
-                zone = {node: inside[node] for node in part}
-                stay = self._stay_in(zone, counter, region)
-                if stay is not None:
-                    yield self._contracted(zone, stay)
-
-    def _stay_in(
-        self, zone: Mapping[Node, Edges[Node]], counter: Counter, region: Region
-    ) -> int | None:
-        """For how many ticks a run stays in a zone; None if it may stay for ever."""
-        changes = [_change_of(counter, moves) for out in zone.values() for _, moves in out]
-        rounds = _most_rounds(region, list(filter(None, changes)))
-        if rounds is None:
-            return None
-        rest = {
-            node: [(to, moves) for to, moves in out if not _change_of(counter, moves)]
-            for node, out in zone.items()
-        }
-        stays = _Stays(rest, self._ticks, self._region).by_node
-        return (rounds + 1) * max(stays.values()) if len(stays) == len(zone) else None
-
-    def _contracted(self, zone: Mapping[Node, Edges[Node]], stay: int) -> dict[Node, int]:
-        assert self._region is not None
-        whole, known = next(iter(zone)), self._region
-        inside = [moves for out in zone.values() for _, moves in out]
-
-        def region(node: Node, counter: Counter) -> Region | None:
-            # What changes inside a zone may end up anywhere when a run leaves it.
-            if node == whole and any(_change_of(counter, moves) is not None for moves in inside):
-                return None
-            found = known(node, counter)
-            same = node != whole or all(known(each, counter) == found for each in zone)
-            return found if same else None
-
-        place = {node: whole if node in zone else node for node in self._cyclic}
-        lasts = {whole: stay, **self.by_node}
-        after: dict[Node, list[tuple[Node, Moves]]] = {node: [] for node in self.by_node}
-        for node in self._cyclic:
-            inner = zone.get(node, ())
-            leaving = (each for each in self._after[node] if all(each is not one for one in inner))
-            out = [(place.get(to, to), moves) for to, moves in leaving]
-            after.setdefault(place[node], []).extend(out)
-        stays = _Stays(after, lambda n: lasts[n] if n in lasts else self._ticks(n), region).by_node
-        return {node: stays[place[node]] for node in self._cyclic if place[node] in stays}
+def _stays(
+    nodes: Sequence[Node],
+    edges: Sequence[Edge[Node]],
+    ticks: Callable[[Node], int],
+    region: Callable[[Node, Counter], Region | None] | None,
+) -> dict[Node, int]:
+    """The longest stays in the nodes of a graph, where runs leave each of its cycles."""
+    parts = components(nodes, [(here, target) for here, target, _ in edges])
+    part_of = {node: number for number, part in enumerate(parts) for node in part.states}
+    inside: list[list[Edge[Node]]] = [[] for _ in parts]
+    after: list[set[int]] = [set() for _ in parts]
+    for edge in edges:
+        here, target = part_of[edge[0]], part_of[edge[1]]
+        if here == target:
+            inside[here].append(edge)
+        else:
+            after[here].add(target)
+    stays: dict[int, int] = {}
+    for number in reversed(range(len(parts))):  # each part after those that it leads to
+        if after[number] <= stays.keys():
+            stay = _stay_within(parts[number].states, inside[number], ticks, region)
+            if stay is not None:
+                stays[number] = stay + max((stays[each] for each in after[number]), default=0)
+    return {node: stays[number] for node, number in part_of.items() if number in stays}
 
 
-def _connected(edges: Mapping[Node, Edges[Node]]) -> Iterator[list[Node]]:
-    """The parts of a graph that edges connect, whatever their direction."""
-    both: dict[Node, list[Node]] = {node: [to for to, _ in out] for node, out in edges.items()}
-    for node, out in edges.items():
-        for to, _ in out:
-            both[to].append(node)
-    seen = set[Node]()
-    for node in edges:
-        if node not in seen:
-            part = reachable([node], both.__getitem__)
-            seen |= part.keys()
-            yield list(part)
+def _stay_within(
+    nodes: Sequence[Node],
+    edges: Sequence[Edge[Node]],
+    ticks: Callable[[Node], int],
+    region: Callable[[Node, Counter], Region | None] | None,
+) -> int | None:
+    """For how many ticks a run stays in strongly connected nodes; None if it may stay for ever."""
+    if not edges:
+        return sum(map(ticks, nodes))
+    if region is None:
+        return None
+    counters = {(i, name) for _, _, moves in edges for i, move in moves for name, _ in move.counts}
+    bounds = []
+    for counter in counters:
+        regions = [region(node, counter) for node in nodes]
+        changes = [_change_of(counter, moves) for _, _, moves in edges]
+        rounds = _most_rounds(regions, [each for each in changes if each is not None])
+        if rounds is not None:
+            bounds.append((rounds, counter))
+    if not bounds:
+        return None
+    rounds, counter = min(bounds)  # any other one still bounds what is left
+    rest = [edge for edge in edges if not _change_of(counter, edge[2])]
+    stays = _stays(nodes, rest, ticks, region)
+    return (rounds + 1) * max(stays.values()) if len(stays) == len(nodes) else None
 
 
 def _change_of(counter: Counter, moves: Moves) -> float | None:
@@ -199,13 +139,20 @@ def _change_of(counter: Counter, moves: Moves) -> float | None:
     return next((dict(move.counts).get(name) for i, move in moves if i == index), None)
 
 
-def _most_rounds(region: Region, changes: Sequence[float]) -> int | None:
-    """How often a number changes within its region, which it does by at least some amount."""
-    least = min(map(abs, changes), default=0.0)
-    rounds = (region.high - region.low) / least if least else inf
+def _most_rounds(regions: Sequence[Region | None], changes: Sequence[float]) -> int | None:
+    """How often a number changes that never leaves its regions; None if nothing bounds that.
+
+    Each change is by at least some amount; with changes up and down, or any, nothing does.
+    """
+    known = [region for region in regions if region is not None]
+    if len(known) < len(regions) or not (min(changes) > 0 or max(changes) < 0):
+        return None
+    low, high = min(each.low for each in known), max(each.high for each in known)
+    least = min(map(abs, changes))
+    rounds = (high - low) / least
     if rounds >= MOST_ROUNDS:
         return None
-    if rounds * ulp(max(map(abs, region))) > least:  # floats may round a change away
+    if rounds * ulp(max(abs(low), abs(high))) > least:  # floats may round a change away
         return None
-    is_whole = all(float(each).is_integer() for each in (*region, *changes))
+    is_whole = all(float(each).is_integer() for each in (low, high, *changes))
     return floor(rounds) + (not is_whole)  # one more, for what floats round
