@@ -224,8 +224,7 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.is_commanded else ()):
             place = bound.binding.place.below("actuators", index)
-            known = not isinstance(facts.model, Model) or name in facts.model.actuators
-            if name in first and known:
+            if name in first and _may_exist("actuators", name, facts):
                 other = (Related(first[name], "driven by this already"),)
                 copies = first[name] == place
                 yield Diagnostic(
@@ -236,6 +235,12 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
                     help=_AN_INDEX if copies else "let one element of a device command it",
                 )
             first.setdefault(name, place)
+
+
+def _may_exist(kind: str, name: str, facts: Facts) -> bool:
+    """Whether the model has a part, or may have it; of any other E0502 is told."""
+    model = facts.model
+    return not (isinstance(model, Model) and model.complete) or name in getattr(model, kind)
 
 
 _AN_INDEX = "give each copy an actuator of its own: name it with the index, e.g. `drive_{i}`"
@@ -257,6 +262,8 @@ def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
                 copies = earlier == place
                 is_shared = kind == "sensors" and not copies
                 if device == binding.device or is_shared or place in reported:
+                    continue
+                if not _may_exist(kind, name, facts):
                     continue
                 reported.add(place)
                 part = kind.removesuffix("s")
@@ -288,6 +295,8 @@ def sensors_read_once(facts: Facts) -> Iterator[Diagnostic]:
             known = [first.setdefault((o, name, *conversion), (element, place)) for o in owners]
             twin = next(((e, p) for e, p in known if e != element), None)
             if twin is None or twin[1] == place:  # copies of effectors are told of above
+                continue
+            if not _may_exist("sensors", name, facts):
                 continue
             yield Diagnostic(
                 "W0526",
