@@ -147,7 +147,7 @@ def left(there: Enumeration, graphs: list[Graph], counts: Counter[str]) -> list[
 def test_an_explorer_that_delivers_nothing_is_noticed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(Composition, "deliver", lambda self, due, parts: ())
+    monkeypatch.setattr(Composition, "deliver", lambda self, due, numbers: ())
     system = small_system(Random(3))
     result = compiled(system.tree, tmp_path)
     with made_graphs() as graphs:

@@ -85,7 +85,7 @@ def test_an_explorer_that_delivers_nothing_is_noticed(
     """The conveyor's belt never leaves its first state then."""
     result = compile_spec(str(ROOT / "specs/conveyor_gate.yaml"))
     assert not missed(result, range(2))[0]
-    monkeypatch.setattr(Composition, "deliver", lambda self, due, parts: ())
+    monkeypatch.setattr(Composition, "deliver", lambda self, due, numbers: ())
     assert missed(result, range(2))[0]
 
 

@@ -7,9 +7,9 @@ visible (logical execution time).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from itertools import product
+from itertools import product, repeat
 from math import lcm
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from specc.reachable import reachable
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.contracts import Conclusions, Move, contract_watches
 from specc.tools.explore.symmetry import Copies, Permutation, copies_in
-from specc.tools.explore.tracker import PRUNED, RequirementTracker, Visible
+from specc.tools.explore.tracker import PRUNED, RequirementTracker
 from specc.tools.explore.transitions import FAILED, MachineState, SentValues, Transition
 from specc.tools.explore.values import MOST_VALUES, Interner, ValueTable
 from specc.tools.explore.walker import Walker
@@ -92,14 +92,60 @@ class Edge(NamedTuple):
     ends_run: bool = False
 
 
-class _Result(NamedTuple):
-    """A machine after a step, with its number and its move; whether it has failed; the step."""
+Step = tuple[
+    tuple[tuple[int, Transition], ...],
+    tuple[tuple[int, InputName], ...],
+    tuple[int, ...],
+    Permutation,
+    bool,
+]
+"""An edge without its target."""
 
-    part: MachineConfiguration
-    number: int
-    transition: tuple[int, Transition]
-    ends_run: bool
-    step: Move
+
+_Delivery = tuple[int, tuple[tuple[int, InputName], ...]]
+"""The number of a machine, and its input whose value was overwritten, if one was."""
+
+
+class _Results(NamedTuple):
+    """The possible results of a step of one machine, column by column.
+
+    `parts` are the numbers of the machine after each, `observed` those of what requirements read,
+    if there are any. `moves` are None where a machine failed.
+    """
+
+    parts: tuple[int, ...]
+    transitions: tuple[tuple[int, Transition], ...]
+    ends_run: tuple[bool, ...]
+    observed: tuple[int, ...]
+    moves: tuple[Move | None, ...]
+
+    def easiest(self) -> _Results:
+        """Only a result that ends no run, and takes no avoidable row, if there is one."""
+        first = min(
+            range(len(self.parts)),
+            key=lambda n: (self.ends_run[n], _is_avoidable(self.transitions[n][1])),
+        )
+        return _Results(
+            (self.parts[first],),
+            (self.transitions[first],),
+            (self.ends_run[first],),
+            self.observed[first : first + 1],
+            (self.moves[first],),
+        )
+
+
+class _Output(NamedTuple):
+    """What others see of a machine when it is due.
+
+    `sent` are the values that it sends: the reader, the slot of its buffer, and what that holds
+    then; `shown` are its outputs for requirements, with the numbers of values, `observed` is the
+    number of what requirements read of its state.
+    """
+
+    sent: tuple[tuple[int, int, int], ...]
+    shown: tuple[tuple[int, InputName, int], ...]
+    observed: int
+    has_failed: bool
 
 
 class Composition:
@@ -168,7 +214,9 @@ class Composition:
         self._parts_by_number: list[list[MachineConfiguration]] = [
             numbers.by_number for numbers in self._part_numbers
         ]
-        self._step_cache: list[dict[int, tuple[_Result, ...]]] = [{} for _ in names]
+        self._step_cache: list[dict[int, _Results]] = [{} for _ in names]
+        self._outputs: list[dict[int, _Output]] = [{} for _ in names]
+        self._deliveries: list[dict[tuple[int, int, int], _Delivery]] = [{} for _ in names]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._ticks_until_due = [self._until_next(phase) for phase in range(self.hyperperiod)]
         system, whole_s = abstraction.facts.system, abstraction.tick_s
@@ -256,28 +304,9 @@ class Composition:
         """Whether time in a state or mode matters at all."""
         return any(walker.clocks.is_timed or walker.mode_timers for walker in self.walkers)
 
-    def configuration_of(
-        self, phase: int, parts: Sequence[MachineConfiguration], tracker_state: int = 0
-    ) -> Configuration:
-        """The configuration of some parts."""
+    def _numbers_of(self, parts: Sequence[MachineConfiguration]) -> tuple[int, ...]:
         pairs = zip(self._part_numbers, parts, strict=True)
-        return Configuration(
-            phase, tuple([numbers[part] for numbers, part in pairs]), tracker_state
-        )
-
-    def _track(
-        self,
-        phase: int,
-        parts: Sequence[MachineConfiguration],
-        before: int,
-        visible: Visible,
-        moves: Sequence[Move] = (),
-    ) -> tuple[int, tuple[int, ...]]:
-        """The number of the tracker state, and the requirements violated in these ticks."""
-        if self.tracker is None:
-            return 0, ()
-        machines = [part.state for part in parts]
-        return self.tracker.after_ticks(before, visible, machines, self.durations[phase], moves)
+        return tuple([numbers[part] for numbers, part in pairs])
 
     def start(self) -> tuple[Configuration, Edge]:
         """The configuration after time 0, at which each machine executes its initial behaviour.
@@ -290,61 +319,111 @@ class Composition:
             successor = walker.first_step(buffers)
             parts.append(MachineConfiguration(successor.state, buffers, successor.transition.sent))
             moves.append((index, successor.transition))
-        initial_state = self.tracker.initial_state if self.tracker else 0
-        tracker_state, violated = self._track(0, parts, initial_state, ())
-        self.has_dead_end |= tracker_state == PRUNED
-        return self.configuration_of(0, parts, tracker_state), Edge(0, tuple(moves), (), violated)
-
-    def successors(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
-        """The edges from a configuration, none at the end of a run; `target` is not set yet."""
-        phase = (here.phase + self._ticks_until_due[here.phase]) % self.hyperperiod
-        due = self.due[phase]
-        parts = self.parts_of(here)
-        if FAILED in [self.walkers[i].states.by_number[parts[i].state].clock for i in due]:
-            return
-        visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.tracker else ()
-        before, numbers = list(parts), list(here.parts)
-        overwritten = self.deliver(due, parts)
-        for i, part in enumerate(parts):
-            if part is not before[i]:
-                numbers[i] = self._part_numbers[i][part]
-        each = [self._step_results(i, numbers[i]) for i in due]
-        if self._only_forced:
-            each = [tuple(sorted(results, key=_avoidable_last)[:1]) for results in each]
-        has_contracts = self.tracker is not None and self.tracker.has_contracts
-        is_dead_end = True
-        for results in product(*each):
-            for i, result in zip(due, results, strict=True):
-                parts[i], numbers[i] = result.part, result.number
-            ordered, turn = self.sort_copies(parts) if self.copies else (parts, ())
-            steps = [each.step for each in results if not each.ends_run] if has_contracts else ()
-            tracker_state, violated = self._track(
-                phase, ordered, here.tracker_state, visible, steps
+        tracker, tracker_state = self.tracker, 0
+        violated: tuple[int, ...] = ()
+        if tracker:
+            tracker_state, violated = tracker.after_ticks(
+                tracker.with_visible(tracker.initial_state, ()),
+                tuple([tracker.observed(i, part.state) for i, part in enumerate(parts)]),
+                self.durations[0],
             )
-            if tracker_state == PRUNED:
-                continue
+        self.has_dead_end |= tracker_state == PRUNED
+        there = Configuration(0, self._numbers_of(parts), tracker_state)
+        return there, Edge(0, tuple(moves), (), violated)
+
+    def successors(self, here: Configuration) -> Iterator[tuple[Configuration, Step]]:
+        """The steps from a configuration, none at the end of a run, each with where it leads."""
+        phase = (here.phase + self._ticks_until_due[here.phase]) % self.hyperperiod
+        due, tracker = self.due[phase], self.tracker
+        numbers = list(here.parts)
+        if any(self._output(i, numbers[i]).has_failed for i in due):
+            return
+        overwritten = self.deliver(due, numbers)
+        results = [self._step_results(i, numbers[i]) for i in due]
+        if self._only_forced:
+            results = [each.easiest() for each in results]
+        arrived: list[tuple[int, ...]] = [(number,) for number in numbers]
+        for i, each in zip(due, results, strict=True):
+            arrived[i] = each.parts
+        seen: Iterable[tuple[int, ...]] = repeat(())
+        moved: Iterable[tuple[Move | None, ...]] = repeat(())
+        if tracker:
+            outputs = [self._output(i, number) for i, number in enumerate(here.parts)]
+            visible = [sent for i in due for sent in outputs[i].shown]
+            sight = tracker.with_visible(here.tracker_state, visible)
+            observable: list[tuple[int, ...]] = [(each.observed,) for each in outputs]
+            for i, each in zip(due, results, strict=True):
+                observable[i] = each.observed
+            seen = product(*observable)
+            if tracker.has_contracts:
+                moved = product(*[each.moves for each in results])
+        is_dead_end, tracker_state, turn = True, 0, Permutation()
+        violated: tuple[int, ...] = ()
+        for there, transitions, ends_run, observed, moves in zip(
+            product(*arrived),  # all products have the same order
+            product(*[each.transitions for each in results]),
+            map(any, product(*[each.ends_run for each in results])),
+            seen,
+            moved,
+            strict=False,
+        ):
+            if tracker:
+                tracker_state, violated = tracker.after_ticks(
+                    sight, observed, self.durations[phase], moves
+                )
+                if tracker_state == PRUNED:
+                    continue
             is_dead_end = False
-            configuration = Configuration(phase, tuple(numbers), tracker_state)
-            if ordered is not parts:
-                configuration = self.configuration_of(phase, ordered, tracker_state)
-            moves = tuple([result.transition for result in results])
-            ends = True in [result.ends_run for result in results]
-            yield configuration, Edge(-1, moves, overwritten, violated, turn, ends)
+            if self.copies:
+                there, turn = self._in_order(there)
+            yield (
+                Configuration(phase, there, tracker_state),
+                (transitions, overwritten, violated, turn, ends_run),
+            )
         self.has_dead_end |= is_dead_end
 
-    def _step_results(self, index: int, number: int) -> tuple[_Result, ...]:
+    def _output(self, index: int, number: int) -> _Output:
+        """What others see of a machine at its next step."""
+        if number not in self._outputs[index]:
+            part, tracker = self._parts_by_number[index][number], self.tracker
+            places = [(self._receivers.get((index, key)), n) for key, n in part.pending]
+            self._outputs[index][number] = _Output(
+                tuple((*place, 2 * n + 1) for place, n in places if place),
+                tuple((index, *sent) for sent in part.pending if tracker),
+                tracker.observed(index, part.state) if tracker else 0,
+                self.walkers[index].states.by_number[part.state].clock == FAILED,
+            )
+        return self._outputs[index][number]
+
+    def _step_results(self, index: int, number: int) -> _Results:
         """A machine after each outcome of a step, its buffers read."""
         if number not in self._step_cache[index]:
             part: MachineConfiguration = self._part_numbers[index].by_number[number]
-            walker, found = self.walkers[index], list[_Result]()
-            for local, move, ends in walker.successors(part.state, part.buffers):
-                seen = walker.after_reading(local, part.buffers)
-                after = MachineConfiguration(local, seen, move.sent)
-                step = Move(index, part.state, part.buffers, move)
-                after_number = self._part_numbers[index][after]
-                found.append(_Result(after, after_number, (index, move), ends, step))
-            self._step_cache[index][number] = tuple(found)
+            walker, tracker = self.walkers[index], self.tracker
+            found = walker.successors(part.state, part.buffers)
+            after = [
+                MachineConfiguration(
+                    local, walker.after_reading(local, part.buffers), transition.sent
+                )
+                for local, transition, _ in found
+            ]
+            self._step_cache[index][number] = _Results(
+                tuple(self._part_numbers[index][each] for each in after),
+                tuple((index, each.transition) for each in found),
+                tuple(each.ends_run for each in found),
+                tuple(tracker.observed(index, each.state) for each in found) if tracker else (),
+                tuple(
+                    None if ends_run else Move(index, part.state, part.buffers, transition)
+                    for _, transition, ends_run in found
+                ),
+            )
         return self._step_cache[index][number]
+
+    def _in_order(self, numbers: tuple[int, ...]) -> tuple[tuple[int, ...], Permutation]:
+        """Machines by number with copies in order, and the permutation that puts them so."""
+        pairs = zip(self._parts_by_number, numbers, strict=True)
+        parts, turn = self.sort_copies([things[number] for things, number in pairs])
+        return self._numbers_of(parts), turn
 
     def sort_copies(
         self, parts: list[MachineConfiguration]
@@ -461,28 +540,32 @@ class Composition:
         )
 
     def deliver(
-        self, due: tuple[int, ...], parts: list[MachineConfiguration]
+        self, due: tuple[int, ...], numbers: list[int]
     ) -> tuple[tuple[int, InputName], ...]:
-        """Make outputs of the last time stamp visible; returns the values that were overwritten."""
-        overwritten = []
-        for i in due:
-            for key, number in parts[i].pending:
-                place = self._receivers.get((i, key))
-                if place is None:
-                    continue
-                reader, slot = place
-                local, buffers, pending = parts[reader]
-                before, new = buffers[slot], 2 * number + 1
-                name = self.walkers[reader].inputs[slot]
-                if before % 2 and (before != new or name in self.walkers[reader].events):
-                    overwritten.append((reader, name))
-                if before != new:
-                    buffers = (*buffers[:slot], new, *buffers[slot + 1 :])
-                    parts[reader] = MachineConfiguration(local, buffers, pending)
+        """Make outputs of the last time stamp visible; returns the values that were overwritten.
+
+        The `numbers` of the machines that read them change.
+        """
+        overwritten = list[tuple[int, InputName]]()
+        sent = [each for i in due for each in self._output(i, numbers[i]).sent]
+        for reader, slot, new in sent:
+            key = numbers[reader], slot, new
+            known = self._deliveries[reader]
+            if key not in known:
+                known[key] = self._delivered(reader, *key)
+            numbers[reader], lost = known[key]
+            overwritten += lost
         return tuple(overwritten)
 
+    def _delivered(self, reader: int, number: int, slot: int, new: int) -> _Delivery:
+        """A machine with another value in a buffer, and the value that is overwritten, if any."""
+        local, buffers, pending = self._parts_by_number[reader][number]
+        before, walker = buffers[slot], self.walkers[reader]
+        name = walker.inputs[slot]
+        is_lost = before % 2 and (before != new or name in walker.events)
+        after = MachineConfiguration(local, (*buffers[:slot], new, *buffers[slot + 1 :]), pending)
+        return self._part_numbers[reader][after], ((reader, name),) if is_lost else ()
 
-def _avoidable_last(result: _Result) -> tuple[bool, bool]:
-    """Sort key: whether a step ends the run, and whether it takes an avoidable row."""
-    _, move = result.transition
-    return result.ends_run, move.row >= 0 and bool(move.choices)
+
+def _is_avoidable(transition: Transition) -> bool:
+    return transition.row >= 0 and bool(transition.choices)

@@ -110,16 +110,17 @@ class Graph:
             out: list[Edge] = []
             if watch and here % WATCHED_EVERY == 0:
                 watch(self)
-            for successor, edge in self.composition.successors(self.configurations[here]):
+            for successor, step in self.composition.successors(self.configurations[here]):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
+                edge = Edge(self._number_of(successor, here), *step)
                 self.steps += len(edge.transitions)
-                out.append(Edge(self._number_of(successor, here), *edge[1:]))
+                out.append(edge)
                 if edge.ends_run:
-                    self.faults.append((here, out[-1]))
+                    self.faults.append((here, edge))
                 if edge.violated:  # kept even if not all edges from here are followed
-                    self._violations.append((here, out[-1]))
+                    self._violations.append((here, edge))
                     self.violated.update(edge.violated)
             self.edges.append(out)
 

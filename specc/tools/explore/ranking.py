@@ -9,7 +9,7 @@ since it has no cycle: together the counters are a lexicographic ranking functio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from math import floor, ulp
 from typing import TypeVar
 
@@ -18,7 +18,7 @@ from specc.lang.builtins import FUNCTIONS
 from specc.lang.evaluate import range_of
 from specc.lang.ranges import ANY, Range, negative, union
 from specc.model import expr as m
-from specc.reachable import reachable
+from specc.reachable import grouped, reachable
 from specc.tools.explore.partial import KnownValues
 from specc.tools.explore.regions import Region
 from specc.tools.explore.transitions import Transition
@@ -30,7 +30,6 @@ Moves = Sequence[tuple[int, Transition]]
 """The transitions on an edge, each with its machine."""
 Edges = Sequence[tuple[Node, Moves]]
 """The nodes that follow a node, each with what leads there."""
-Edge = tuple[Node, Node, Moves]
 MOST_ROUNDS = 1_000_000
 """The most steps of one counter in a bound; with more, what floats round would add up."""
 
@@ -75,62 +74,86 @@ def longest_stays(
     Nodes where they may stay for ever are missing. A node lasts for `ticks`; `region` is that of
     a number there, if it is known. Without it no counter ends a cycle.
     """
-    reached = reachable(nodes, lambda node: [target for target, _ in following(node)])
-    edges = [(node, target, moves) for node in reached for target, moves in following(node)]
-    return _stays(list(reached), edges, ticks, region)
+    after: dict[Node, Edges[Node]] = {}
+
+    def targets(node: Node) -> list[Node]:
+        after[node] = following(node)
+        return [target for target, _ in after[node]]
+
+    reachable(nodes, targets)
+    return _stays(after, ticks, region)
 
 
 def _stays(
-    nodes: Sequence[Node],
-    edges: Sequence[Edge[Node]],
+    after: Mapping[Node, Edges[Node]],
     ticks: Callable[[Node], int],
     region: Callable[[Node, Counter], Region | None] | None,
 ) -> dict[Node, int]:
-    """The longest stays in the nodes of a graph, where runs leave each of its cycles."""
-    parts = components(nodes, [(here, target) for here, target, _ in edges])
-    part_of = {node: number for number, part in enumerate(parts) for node in part.states}
-    inside: list[list[Edge[Node]]] = [[] for _ in parts]
-    after: list[set[int]] = [set() for _ in parts]
-    for edge in edges:
-        here, target = part_of[edge[0]], part_of[edge[1]]
-        if here == target:
-            inside[here].append(edge)
-        else:
-            after[here].add(target)
-    stays: dict[int, int] = {}
-    for number in reversed(range(len(parts))):  # each part after those that it leads to
-        if after[number] <= stays.keys():
-            stay = _stay_within(parts[number].states, inside[number], ticks, region)
-            if stay is not None:
-                stays[number] = stay + max((stays[each] for each in after[number]), default=0)
-    return {node: stays[number] for node, number in part_of.items() if number in stays}
+    """The longest stays in the nodes of a graph from which runs leave each cycle."""
+    stays = _stays_without_cycles(after, ticks)
+    rest = [node for node in after if node not in stays]
+    if region is None or not rest:
+        return stays
+    pairs = ((node, target) for node in rest for target, _ in after[node])
+    for part in reversed(components(rest, pairs)):  # each after those that it leads to
+        inside = {
+            node: [(target, moves) for target, moves in after[node] if target in members]
+            for members in [{*part.states}]
+            for node in part.states
+        }
+        leaving = {target for node in inside for target, _ in after[node]} - inside.keys()
+        stay = _stay_within(inside, ticks, region) if leaving <= stays.keys() else None
+        if stay is not None:
+            longest = stay + max((stays[target] for target in leaving), default=0)
+            stays |= dict.fromkeys(inside, longest)
+    return stays
+
+
+def _stays_without_cycles(
+    after: Mapping[Node, Edges[Node]], ticks: Callable[[Node], int]
+) -> dict[Node, int]:
+    """The longest stays in nodes from which no cycle is reached."""
+    stays: dict[Node, int] = {}
+    before = grouped((target, here) for here, out in after.items() for target, _ in out)
+    remaining = {node: len(out) for node, out in after.items()}
+    waiting = [node for node, count in remaining.items() if not count]
+    while waiting:
+        node = waiting.pop()
+        longest = max((stays[target] for target, _ in after[node]), default=0)
+        stays[node] = ticks(node) + longest
+        for earlier in before.get(node, ()):
+            remaining[earlier] -= 1
+            if not remaining[earlier]:
+                waiting.append(earlier)
+    return stays
 
 
 def _stay_within(
-    nodes: Sequence[Node],
-    edges: Sequence[Edge[Node]],
+    after: Mapping[Node, Edges[Node]],
     ticks: Callable[[Node], int],
-    region: Callable[[Node, Counter], Region | None] | None,
+    region: Callable[[Node, Counter], Region | None],
 ) -> int | None:
     """For how many ticks a run stays in strongly connected nodes; None if it may stay for ever."""
-    if not edges:
-        return sum(map(ticks, nodes))
-    if region is None:
-        return None
-    counters = {(i, name) for _, _, moves in edges for i, move in moves for name, _ in move.counts}
+    moves_there = [moves for out in after.values() for _, moves in out]
+    if not moves_there:
+        return sum(map(ticks, after))
+    counters = {(i, name) for moves in moves_there for i, move in moves for name, _ in move.counts}
     bounds = []
     for counter in counters:
-        regions = [region(node, counter) for node in nodes]
-        changes = [_change_of(counter, moves) for _, _, moves in edges]
+        regions = [region(node, counter) for node in after]
+        changes = [_change_of(counter, moves) for moves in moves_there]
         rounds = _most_rounds(regions, [each for each in changes if each is not None])
         if rounds is not None:
             bounds.append((rounds, counter))
     if not bounds:
         return None
     rounds, counter = min(bounds)  # any other one still bounds what is left
-    rest = [edge for edge in edges if not _change_of(counter, edge[2])]
-    stays = _stays(nodes, rest, ticks, region)
-    return (rounds + 1) * max(stays.values()) if len(stays) == len(nodes) else None
+    rest = {
+        node: [(target, moves) for target, moves in out if not _change_of(counter, moves)]
+        for node, out in after.items()
+    }
+    stays = _stays(rest, ticks, region)
+    return (rounds + 1) * max(stays.values()) if len(stays) == len(after) else None
 
 
 def _change_of(counter: Counter, moves: Moves) -> float | None:

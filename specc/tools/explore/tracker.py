@@ -51,6 +51,13 @@ class TrackerState(NamedTuple):
     ages: tuple[int, ...] = ()
 
 
+class Sight(NamedTuple):
+    """The number of a tracker state, and the visible values that have, or may have, changed."""
+
+    state: int
+    changes: tuple[tuple[int, TruthValue], ...] = ()
+
+
 class RequirementTracker:
     """Tracks some requirements over the machines of a slice.
 
@@ -179,42 +186,50 @@ class RequirementTracker:
             )
         return self._holding_cache[now]
 
-    def after_ticks(
-        self,
-        state_number: int,
-        visible: Visible,
-        machines: Sequence[int],
-        ticks: int,
-        moves: Sequence[Move] = (),
-    ) -> tuple[int, tuple[int, ...]]:
-        """The obligations after some ticks with constant values, and the violations on them.
+    def observed(self, machine: int, state: int) -> int:
+        """The number of what readings observe of a machine in a state, by number."""
+        return self._observed[machine][state]
 
-        `machines` are numbers of machine states, `moves` the steps at the first tick. See `proves`
-        about one that has failed. The obligations are `PRUNED` if a contract is surely broken.
-        """
+    def with_visible(self, state_number: int, visible: Visible) -> Sight:
+        """The values after some have become visible."""
         before, renewed = state_number, set[int]()
         for machine, output, value in visible:
             for slot in self._slots_of_output.get((machine, output), ()):
                 state_number = self._with_value(state_number, slot, value)
                 renewed.add(slot)
-        observed = tuple([known[n] for known, n in zip(self._observed, machines, strict=True)])
-        key: tuple[object, ...] = state_number, observed, ticks
-        changes: dict[int, TruthValue] = {}
+        if self._is_plain:
+            return Sight(state_number)
+        was, now = self.state(before).values, self.state(state_number).values
+        changes = [(slot, self._has_changed(was[slot], now[slot])) for slot in sorted(renewed)]
+        return Sight(state_number, tuple(each for each in changes if each[1] is not False))
+
+    def after_ticks(
+        self,
+        sight: Sight,
+        observed: tuple[int, ...],
+        ticks: int,
+        moves: Sequence[Move | None] = (),
+    ) -> tuple[int, tuple[int, ...]]:
+        """The obligations after some ticks with constant values, and the violations on them.
+
+        `observed` are numbers of what readings observe of each machine, `moves` the steps at the
+        first tick, None of a machine that failed. See `proves` about one that has failed. The
+        obligations are `PRUNED` if a contract is surely broken.
+        """
+        key: tuple[object, ...] = sight, observed, ticks
+        changes = dict(sight.changes)
         answers: tuple[tuple[TruthValue, ...], ...] = ()
-        if not self._is_plain:
-            was, now = self.state(before).values, self.state(state_number).values
-            changes = {slot: self._has_changed(was[slot], now[slot]) for slot in sorted(renewed)}
-            changes = {slot: truth for slot, truth in changes.items() if truth is not False}
+        if self._contracts:
             answers = tuple(
-                self._answers(each, state_number, changes, moves) for each in self._contracts
+                self._answers(each, sight.state, changes, moves) for each in self._contracts
             )
-            key = *key, tuple(changes.items()), answers
+            key = *key, answers
         if key not in self._step_cache:
-            each = zip(self._observed, machines, strict=True)
-            machine_states = [known.walker.states.by_number[n] for known, n in each]
+            pairs = zip(self._observed, observed, strict=True)
+            machine_states = [each.examples[number] for each, number in pairs]
             # What contracts decide may turn out otherwise at each tick.
             at_once = 1 if self._deciding else ticks
-            found = self._step(self.state(state_number), machine_states, at_once, changes, answers)
+            found = self._step(self.state(sight.state), machine_states, at_once, changes, answers)
             violated = set(found[1])
             for _ in range(ticks - at_once):
                 if found[0] == PRUNED:
@@ -238,10 +253,10 @@ class RequirementTracker:
         watch: ContractWatch,
         state_number: int,
         changes: Mapping[int, TruthValue],
-        moves: Sequence[Move],
+        moves: Sequence[Move | None],
     ) -> tuple[TruthValue, ...]:
         """What the step of the observer of a contract says of its measured conditions."""
-        move = next((each for each in moves if each.machine == watch.observer), None)
+        move = next((each for each in moves if each and each.machine == watch.observer), None)
         if move is None:
             return ()
         state = self.state(state_number)
@@ -544,6 +559,8 @@ class _ObservedMachine(dict[int, int]):
     def __init__(self, walker: Walker, places: Iterable[tuple[int, str, int]]) -> None:
         self.walker = walker
         self._state, self._slots, self._seen = False, list[int](), Interner()
+        self.examples: list[MachineState] = []
+        """A state for each number of such a part."""
         for _, kind, slot in places:
             self._state |= kind == "state"
             self._slots += [slot] if kind == "memory" else []
@@ -552,7 +569,10 @@ class _ObservedMachine(dict[int, int]):
         local: MachineState = self.walker.states.by_number[number]
         memory = tuple([local.memory[slot] for slot in self._slots])
         shown = local.clock == FAILED, local.state if self._state else "", memory
-        return self.setdefault(number, self._seen.number(shown))
+        seen = self._seen.number(shown)
+        if seen == len(self.examples):
+            self.examples.append(local)
+        return self.setdefault(number, seen)
 
 
 _FAILED_VALUE = object()
