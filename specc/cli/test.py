@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ from specc.cli.explore import judged_report
 from specc.cli.progress import RunProgress
 from specc.cli.recordings import recorded_texts
 from specc.cli.run import judge_for_run
-from specc.diagnostics.phrases import counted, join_words
+from specc.diagnostics.phrases import counted, join_some, join_words
 from specc.diagnostics.report import Report, report, resolve, shown_path
 from specc.processes import cores
 from specc.refusal import Refused, reason_of
@@ -61,6 +61,9 @@ class _Test:
     cases: list[Case] = field(default_factory=list)
     runs: ScenarioRuns | None = None
     scenarios: list[Scenario] = field(default_factory=list)
+    """Those that are run."""
+    names: list[str] = field(default_factory=list)
+    """Of all scenarios."""
     is_shown: bool = False
     is_unreadable: bool = False
 
@@ -111,6 +114,8 @@ def _refuse_places(out: Path, junit: str | None) -> None:
     """Raise Refused where results cannot be written, before runs are made for them."""
     if os.path.lexists(out) and not out.is_dir():
         raise Refused(f"{out} is no folder; name another one with --out")
+    if junit == "":
+        raise Refused("--junit names no file")
     if junit is not None and not Path(junit).parent.is_dir():
         raise Refused(f"{junit} cannot be written: there is no folder {Path(junit).parent}")
     if junit is not None and Path(junit).is_dir():
@@ -181,7 +186,8 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
     if not result.system.scenarios:
         streams.print_output(f"{spec}: no scenarios\n")
     test.digest = digest_of(recorded_texts(result.sources).values())
-    _compare_with_earlier(test, {each.name for each in result.system.scenarios})
+    test.names = [each.name for each in result.system.scenarios]
+    _compare_with_earlier(test)
     test.scenarios = [each for each in result.system.scenarios if _is_chosen(each, test, options)]
     if test.scenarios:
         _begin_runs(test, result, options, executor, scratch)
@@ -189,11 +195,11 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
         _explore(test, result, options)
 
 
-def _compare_with_earlier(test: _Test, names: Collection[str]) -> None:
+def _compare_with_earlier(test: _Test) -> None:
     """Say what of an earlier test is run again; all scenarios if what failed is not there."""
     if test.earlier is None or not test.earlier.names:
         return
-    left = test.earlier.names.intersection(names)
+    left = test.earlier.names.intersection(test.names)
     words = f"{counted(len(left), 'scenario')} of {len(test.earlier.names)} that did not pass"
     words = f"specc: {test.spec}: run again: {words}"
     if test.earlier.digest != test.digest:
@@ -267,7 +273,9 @@ def _finish(tests: Sequence[_Test], options: Namespace) -> None:
     running = [test for test in tests if test.runs is not None]
     if options.names and not any(test.scenarios for test in tests):
         names = join_words((repr(name) for name in options.names), "or")
-        raise Refused(f"no scenario has {names} in its name")
+        known = [name for test in tests for name in test.names]
+        hint = f"; there are {join_some(known, _SEEDS)}" if known else ""
+        raise Refused(f"no scenario has {names} in its name{hint}")
     progress = RunProgress(sum(test.runs.count for test in running if test.runs), 0)
     try:
         for test in running:

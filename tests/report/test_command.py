@@ -116,6 +116,17 @@ def test_what_cannot_be_read_is_refused_or_named(small: Path, tmp_path: Path) ->
     assert "gone.mcap" in shown["notes"][0]
 
 
+def test_without_the_specification_that_is_asked_for_nothing_is_written(
+    small: Path, tmp_path: Path
+) -> None:
+    """Whatever is wrong with recordings before."""
+    out, broken = tmp_path / "out.html", tmp_path / "broken.yaml"
+    broken.write_text("specc: 1\n")
+    for spec, code in ((tmp_path / "none.yaml", 2), (broken, 1)):
+        done = specc("report", tmp_path / "no.mcap", small, "--spec", spec, "--out", out)
+        assert done.returncode == code and "error[" in done.stderr and not out.exists()
+
+
 def test_results_lead_to_the_sections_of_their_recordings(small: Path, tmp_path: Path) -> None:
     runs = [
         {**RUN, "passed": False, "recording": "small.mcap"},

@@ -169,6 +169,12 @@ def test_what_cannot_be_read_or_written(tmp_path: Path) -> None:
     assert "The specification has errors" in (tmp_path / "out/hostile.html").read_text("utf-8")
 
 
+def test_a_file_is_no_folder_for_documents(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    done = specc("doc", "specs/conveyor_gate.yaml", "--out", tmp_path / "file")
+    assert done.returncode == 2 and "file is no folder; name another one" in done.stderr
+
+
 def test_departures_and_the_equations_that_they_are_about() -> None:
     text = (ROOT / "docs/errata.md").read_text("utf-8")
     found = departures_in(text)

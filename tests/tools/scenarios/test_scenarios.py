@@ -215,6 +215,7 @@ def test_names_choose(tmp_path: Path) -> None:
     assert results_of(tmp_path, "-k", "fast") is None
     done = specc("test", "belt.yaml", "-k", "nothing", "--budget", 0, cwd=tmp_path)
     assert done.returncode == 2 and "no scenario has 'nothing' in its name" in done.stderr
+    assert "there are slow_belt, fast_belt" in done.stderr
 
 
 @pytest.mark.long
