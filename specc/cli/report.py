@@ -128,7 +128,9 @@ class _Report:
         given = self._specification(file, about)
         if given is not None and not given.ok:
             return streams.print_findings(given, self._options.spec) or DIFFERS
-        command = ("specc", "report", Path(file).name)
+        words = [Path(word).name or word for word in self._options.files[:_MOST_NAMED]]
+        more = ["..."] if len(self._options.files) > _MOST_NAMED else []
+        command = ("specc", "report", *words, *more)
         run = recorded_run(index, given, self._options.spec or "", command)
         self._signals |= {signal["name"] for signal in run.hello()["signals"]}
         text = excerpt(run, self._options.signals, share)

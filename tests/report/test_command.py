@@ -142,6 +142,17 @@ def test_results_lead_to_the_sections_of_their_recordings(small: Path, tmp_path:
     assert data_of(out, "run-0")["hello"]["file"] == "small.mcap"
 
 
+def test_it_says_how_the_specification_is_named(tmp_path: Path) -> None:
+    """With the words of the command, as the recordings of results are not named in it."""
+    run = specc("run", ROOT / "specs/examples/tray_cell.yaml", "--duration", 0.1, "--record",
+                tmp_path / "stop-1.mcap")  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    results, out = _written(tmp_path / "results", SCENARIO), tmp_path / "out.html"
+    (tmp_path / "stop-1.mcap").rename(results.parent / "stop-1.mcap")
+    assert specc("report", results.parent, "--out", out).returncode == 3, "one is missing"
+    assert "specc report results --spec" in out.read_text(encoding="utf-8")
+
+
 def test_tables_need_no_recording(tmp_path: Path) -> None:
     file = _written(tmp_path, {**SCENARIO, "runs": [RUN]})
     out = tmp_path / "out.html"
