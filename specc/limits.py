@@ -30,6 +30,8 @@ MAX_DISTURBANCES = 100
 """Of a task, or of a scenario."""
 MAX_SEEDS = 10_000
 """Of a scenario."""
+MAX_DURATION_S = 86_400
+"""Of a run of a scenario."""
 MAX_SPAN_S = 600
 """Over which a temporal operator reaches: what a run must remember."""
 MAX_DEPTH = 64

@@ -177,7 +177,8 @@ def _why(command: Parser) -> None:
 
 def _coverage(command: Parser) -> None:
     add = command.add_argument
-    add("files", metavar="FILE.mcap", nargs="+", help="recordings of one specification")
+    words = "recordings of one specification, or a folder with them"
+    add("files", metavar="FILE.mcap", nargs="+", help=words)
     words = "the specification, of which `specc explore` says which rows can be taken"
     add("--spec", metavar="SPEC", help=words)
     words = "steps of exploring for rows that no run takes, 0 for none (default: 100000)"
@@ -315,7 +316,7 @@ def _test(command: Parser) -> None:
     words = "only scenarios with this text in their names; may be repeated"
     add("-k", metavar="TEXT", dest="names", action="append", default=[], help=words)
     add("--fail-fast", action="store_true", help="end once a scenario fails, whatever is left")
-    words = "only the scenarios that failed the last time; all if none did"
+    words = "only the scenarios that did not pass the last time; all if there are none"
     add("--last-failed", action="store_true", help=words)
     words = "runs at once (default: one for each core)"
     add("--jobs", metavar="N", type=number_between(int, 1, 9999), help=words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import Namespace
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +27,6 @@ from specc.tools.coverage.gaps import UNKNOWN, Reach, gap_findings, ignored_gaps
 from specc.tools.coverage.same import differences
 
 if TYPE_CHECKING:
-    from specc.diagnostics.visible import OutputFormat
     from specc.model.system import System
     from specc.pipeline import Result
 
@@ -47,12 +47,14 @@ class _Run:
 
 def coverage(options: Namespace) -> int:
     """Count what the runs tried; 1 if it is less than `--fail-under`, 3 for a damaged file."""
-    first, *_ = runs = [_run(file) for file in options.files]
+    first, *_ = runs = [_run(file) for file in _files(options.files)]
     if options.spec:
-        result = _given(first, options.spec, options.format)
+        result = _given(first, options.spec)
     else:
         result = recorded_spec(first.texts, recorded_constants(first.about), first.file)
-    if result is None or result.system is None:
+    if not result.ok and options.spec:
+        return streams.print_findings(result, options.spec, options.format)
+    if result.system is None:
         return 1
     _check_same(runs, result, options.spec or first.file)
     found = _counted(runs, result.system)
@@ -70,6 +72,20 @@ def coverage(options: Namespace) -> int:
     else:
         streams.print_report(gaps, options.format)
     return _exit_code(runs, total(found.shares(left_out).values()), options.fail_under)
+
+
+def _files(words: Sequence[str]) -> list[str]:
+    """The recordings that are named, each once; of a folder those in it. Raises Refused."""
+    found: dict[str, str] = {}
+    for word in words:
+        files = [word]
+        if os.path.isdir(word):
+            files = sorted(map(str, Path(word).glob("*.mcap")))
+            if not files:
+                raise Refused(f"{word} has no recordings, *.mcap; `specc run --record` makes them")
+        for file in files:
+            found.setdefault(os.path.realpath(file), file)
+    return [*found.values()]
 
 
 def _run(file: str) -> _Run:
@@ -112,16 +128,11 @@ def _counted(runs: Sequence[_Run], system: System) -> Coverage:
     return found
 
 
-def _given(run: _Run, spec: str, form: OutputFormat) -> Result | None:
-    """The user's specification; None where it has errors, which are printed. Raises Refused."""
+def _given(run: _Run, spec: str) -> Result:
+    """The user's specification. Raises Refused."""
     from specc import pipeline
 
-    values = constants_for(run.file, run.about, spec)
-    result = pipeline.compile_spec(spec, values)
-    if not result.ok:
-        streams.print_findings(result, spec, form)
-        return None
-    return result
+    return pipeline.compile_spec(spec, constants_for(run.file, run.about, spec))
 
 
 def _reach(found: Coverage, result: Result, options: Namespace) -> Reach:

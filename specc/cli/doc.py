@@ -27,12 +27,14 @@ def doc(options: Namespace) -> int:
         code = streams.print_findings(result, options.spec) or 1
     if result.system is None or code == streams.USAGE_ERROR or (code and not result.system.agents):
         return code
-    departures = departures_in(_text_of(options.departures)) if options.departures else []
     name = result.system.name or Path(options.spec).stem
+    folder = options.out or f"{name}-doc"
+    if os.path.lexists(folder) and not os.path.isdir(folder):
+        raise Refused(f"{folder} is no folder; name another one with --out")
+    departures = departures_in(_text_of(options.departures)) if options.departures else []
     found = document_files(
         result.system, result.proofs, result.sources, options.spec, departures, wrong
     )
-    folder = options.out or f"{name}-doc"
     for suffix, content in (("html", found.html), ("pdf", found.pdf)):
         path = os.path.join(folder, f"{name}.{suffix}")
         _write(path, content)

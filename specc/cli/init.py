@@ -76,7 +76,7 @@ def init(options: Namespace) -> int:
     streams.print_output("".join(f"{place}\n" for place in places))
     name = shlex.quote(str(places[0]))
     cycles = "" if options.model is not None else " --cycles 1"
-    tested = "" if options.model is not None or options.ros2 is not None else f"specc test {name}\n"
+    tested = "" if options.ros2 is not None else f"specc test {name}\n"
     streams.print_output(f"\nspecc status {name}\nspecc run {name}{cycles}\n{tested}")
     return 0
 

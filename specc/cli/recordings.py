@@ -106,7 +106,7 @@ def constants_for(file: object, about: Any, spec: str) -> dict[str, str]:
 
     recorded = about.get("system", "")
     system = pipeline.read_spec(spec).system
-    if recorded and system and system.name != recorded:
+    if recorded and system and system.name not in ("", recorded):
         name = truncate(recorded, _LONGEST)
         raise Refused(f"{file} is a recording of {name}, and {spec} describes {system.name}")
     return recorded_constants(about)

@@ -62,7 +62,7 @@ def report(options: Namespace) -> int:
     if not out.endswith((".html", ".htm")):
         raise Refused(f"{out}: the name has to end in .html")
     code = made.read()
-    if code == DIFFERS:
+    if 0 < code < LOST:
         return code
     content = made.document(several).encode(errors="backslashreplace")
     inputs = [*options.files, *files]
@@ -100,15 +100,16 @@ class _Report:
         share = min(_OF_ONE, _OF_RUNS // max(1, len(self._files)))
         for file, is_named in self._files:
             try:
-                code = max(code, self._add(file, share))
+                added = self._add(file, share)
             except Refused as refused:
                 if is_named and len(self._files) == 1:
                     raise
                 self._unusable.append(truncate(visible(str(refused)), _LONGEST))
                 streams.print_message(f"specc: {refused}")
-                code = max(code, LOST)
-            if code == DIFFERS:
-                return code
+                added = LOST
+            if 0 < added < LOST:  # the user's own specification cannot be used
+                return added
+            code = max(code, added)
         for name in self._options.signals if self._runs else ():
             if name not in self._signals:
                 close = " or ".join(f"`{other}`" for other in nearest(name, sorted(self._signals)))
@@ -127,7 +128,9 @@ class _Report:
         given = self._specification(file, about)
         if given is not None and not given.ok:
             return streams.print_findings(given, self._options.spec) or DIFFERS
-        command = ("specc", "report", Path(file).name)
+        words = [Path(word).name or word for word in self._options.files[:_MOST_NAMED]]
+        more = ["..."] if len(self._options.files) > _MOST_NAMED else []
+        command = ("specc", "report", *words, *more)
         run = recorded_run(index, given, self._options.spec or "", command)
         self._signals |= {signal["name"] for signal in run.hello()["signals"]}
         text = excerpt(run, self._options.signals, share)

@@ -19,7 +19,7 @@ from specc.cli.explore import judged_report
 from specc.cli.progress import RunProgress
 from specc.cli.recordings import recorded_texts
 from specc.cli.run import judge_for_run
-from specc.diagnostics.phrases import counted, join_words
+from specc.diagnostics.phrases import counted, join_some, join_words
 from specc.diagnostics.report import Report, report, resolve, shown_path
 from specc.processes import cores
 from specc.refusal import Refused, reason_of
@@ -27,9 +27,11 @@ from specc.source import Sources
 from specc.tools.scenarios.judging import ScenarioResult, reasons_by_seeds, seeds_in_words
 from specc.tools.scenarios.results import (
     Case,
+    EarlierTest,
     as_junit,
     cases_of,
-    failed_before,
+    digest_of,
+    earlier_test,
     remove_results,
     write_results,
 )
@@ -52,22 +54,34 @@ class _Test:
     spec: str
     folder: Path
     """For results and recordings."""
-    chosen: frozenset[str] | None = None
-    """The names of the scenarios that are run; None for all."""
+    earlier: EarlierTest | None = None
+    """What of an earlier test is to be run again; None for all."""
+    digest: str = ""
+    """Of the texts of the specification, once it was read."""
     cases: list[Case] = field(default_factory=list)
     runs: ScenarioRuns | None = None
     scenarios: list[Scenario] = field(default_factory=list)
+    """Those that are run."""
+    names: list[str] = field(default_factory=list)
+    """Of all scenarios."""
     is_shown: bool = False
     is_unreadable: bool = False
 
     @property
     def results(self) -> list[ScenarioResult]:
-        return self.runs.results if self.runs else []
+        if self.runs is not None:
+            return self.runs.results
+        return [ScenarioResult(scenario, ()) for scenario in self.scenarios]
+
+    @property
+    def specification(self) -> str:
+        """Its name in results."""
+        return os.path.relpath(self.spec)
 
     @property
     def is_failed(self) -> bool:
         is_case_failed = any(failure for _, failure in self.cases)
-        return is_case_failed or not all(result.is_passed for result in self.results)
+        return is_case_failed or any(result.is_failed for result in self.results)
 
 
 def run_test(options: Namespace) -> int:
@@ -100,6 +114,8 @@ def _refuse_places(out: Path, junit: str | None) -> None:
     """Raise Refused where results cannot be written, before runs are made for them."""
     if os.path.lexists(out) and not out.is_dir():
         raise Refused(f"{out} is no folder; name another one with --out")
+    if junit == "":
+        raise Refused("--junit names no file")
     if junit is not None and not Path(junit).parent.is_dir():
         raise Refused(f"{junit} cannot be written: there is no folder {Path(junit).parent}")
     if junit is not None and Path(junit).is_dir():
@@ -116,12 +132,12 @@ def _folder(out: Path, spec: str, systems: Sequence[str]) -> Path:
 
 
 def _choose(tests: Sequence[_Test], options: Namespace) -> None:
-    """Note which scenarios failed before, if only these are to be run."""
+    """Note which scenarios did not pass before, if only these are to be run."""
     if options.last_failed:
-        failed = {test.spec: failed_before(test.folder) for test in tests}
-        if any(failed.values()):
-            for test in tests:
-                test.chosen = failed[test.spec]
+        earlier = [earlier_test(test.folder, test.specification) for test in tests]
+        if any(each.names for each in earlier):
+            for test, each in zip(tests, earlier, strict=True):
+                test.earlier = each
         else:
             streams.print_message("specc: nothing is known of scenarios that failed; all are run")
 
@@ -169,6 +185,9 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
         return
     if not result.system.scenarios:
         streams.print_output(f"{spec}: no scenarios\n")
+    test.digest = digest_of(recorded_texts(result.sources).values())
+    test.names = [each.name for each in result.system.scenarios]
+    _compare_with_earlier(test)
     test.scenarios = [each for each in result.system.scenarios if _is_chosen(each, test, options)]
     if test.scenarios:
         _begin_runs(test, result, options, executor, scratch)
@@ -176,9 +195,24 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
         _explore(test, result, options)
 
 
+def _compare_with_earlier(test: _Test) -> None:
+    """Say what of an earlier test is run again; all scenarios if what failed is not there."""
+    if test.earlier is None or not test.earlier.names:
+        return
+    left = test.earlier.names.intersection(test.names)
+    words = f"{counted(len(left), 'scenario')} of {len(test.earlier.names)} that did not pass"
+    words = f"specc: {test.spec}: run again: {words}"
+    if test.earlier.digest != test.digest:
+        words += "; the specification has changed since"
+    if not left:
+        words += ", so all are run"
+        test.earlier = None
+    streams.print_message(words)
+
+
 def _is_chosen(scenario: Scenario, test: _Test, options: Namespace) -> bool:
     is_named = not options.names or any(text in scenario.name for text in options.names)
-    return is_named and (test.chosen is None or scenario.name in test.chosen)
+    return is_named and (test.earlier is None or scenario.name in test.earlier.names)
 
 
 def _begin_runs(
@@ -239,14 +273,16 @@ def _finish(tests: Sequence[_Test], options: Namespace) -> None:
     running = [test for test in tests if test.runs is not None]
     if options.names and not any(test.scenarios for test in tests):
         names = join_words((repr(name) for name in options.names), "or")
-        raise Refused(f"no scenario has {names} in its name")
+        known = [name for test in tests for name in test.names]
+        hint = f"; there are {join_some(known, _SEEDS)}" if known else ""
+        raise Refused(f"no scenario has {names} in its name{hint}")
     progress = RunProgress(sum(test.runs.count for test in running if test.runs), 0)
     try:
         for test in running:
             assert test.runs is not None
             while not test.runs.collect(_WAIT_S):
                 progress.update(sum(each.runs.done for each in running if each.runs))
-                if options.fail_fast and test.runs.is_lost:
+                if options.fail_fast and test.is_failed:
                     test.runs.stop()
             progress.close()
             _show(test)
@@ -263,19 +299,21 @@ def _show(test: _Test) -> None:
     """A line for each scenario, and why runs of it failed."""
     test.is_shown = True
     width = max((len(each.name) for each in test.scenarios), default=0)
-    for result in test.results:
+    begun = [result for result in test.results if result.runs]
+    for result in begun:
         streams.print_output("".join(f"{line}\n" for line in _lines(result, test, width)))
-    if missing := len(test.scenarios) - len(test.results):
+    if missing := len(test.scenarios) - len(begun):
         streams.print_output(f"{counted(missing, 'scenario')} not run\n")
 
 
 def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
     name, count, estimate = result.scenario.name, len(result.runs), result.estimate
-    line = f"{'passed' if result.is_passed else 'FAILED'}  {name:{width}}  "
+    verdict = "passed" if result.is_passed else "FAILED" if result.is_failed else "cut"
+    line = f"{verdict:6}  {name:{width}}  "
     line += f"{result.passes} of {count}"
     if estimate and count > 1 and estimate.low is not None and estimate.high is not None:
         line += f" (95 %: {estimate.low:.0%} to {estimate.high:.0%})"
-    if not result.is_passed and result.required < len(result.scenario.seeds):
+    if result.is_failed and result.required < len(result.scenario.seeds):
         line += f", {result.required} have to pass"
     if count < len(result.scenario.seeds):
         line += f", of {len(result.scenario.seeds)} seeds"
@@ -298,16 +336,19 @@ def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
 def _write(tests: Sequence[_Test], options: Namespace) -> None:
     """Write the results of specifications; of those that pass only where it was asked for."""
     for test in tests:
-        if test.results and (test.is_failed or options.out):
-            specification = os.path.relpath(test.spec)
-            file = write_results(test.folder, specification, test.results)
+        results = test.results
+        is_passed = all(result.is_passed for result in results)
+        has_news = not is_passed and any(result.runs for result in results)
+        if results and (options.out or has_news):
+            file = write_results(test.folder, test.specification, test.digest, results)
             streams.print_output(f"{shown_path(str(file))}\n")
-        elif test.results:
+        elif results and is_passed:
             remove_results(test.folder)
-    is_failed = any(test.is_failed for test in tests if test.results)
+    is_failed = any(result.is_failed for test in tests for result in test.results)
     if is_failed and options.recordings and find_spec("mcap") is None:
         words = "mcap, of specc[record], is not installed"
         streams.print_message(f"specc: failures are not recorded: {words}")
     if options.junit:
-        suites = [(test.spec, [*test.cases, *cases_of(test.results)]) for test in tests]
+        begun = [(test, test.cases or [("validate", None)]) for test in tests]
+        suites = [(test.spec, [*cases, *cases_of(test.results)]) for test, cases in begun]
         write_atomically(Path(options.junit), as_junit(suites))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from specc.lang import ExprError
-from specc.limits import MAX_SEEDS
+from specc.limits import MAX_DURATION_S, MAX_SEEDS
 from specc.model.requirement import Requirement
 from specc.model.scenario import Scenario
 from specc.model.system import System
@@ -128,6 +128,10 @@ class _ScenarioReader:
             return None
         if duration_s <= 0:
             self._report(where, "a run takes some time", "write how long it is, e.g. `8[s]`")
+            return None
+        if duration_s > MAX_DURATION_S:
+            message = f"a run of a scenario takes at most {MAX_DURATION_S} s"
+            self._report(where, message, "write how long it is, e.g. `8[s]`")
             return None
         return duration_s
 

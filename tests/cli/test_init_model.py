@@ -138,7 +138,10 @@ ROBOTS = {
 @pytest.mark.usefixtures("wholly")
 @pytest.mark.parametrize("name", short(ROBOTS, 3, 4))
 def test_a_robot_holds_its_pose_at_once(
-    name: str, tmp_path: Path, farthest: dict[str, float]
+    name: str,
+    tmp_path: Path,
+    farthest: dict[str, float],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     model, groups = ROBOTS[name]
     spec = started(model, tmp_path)
@@ -146,6 +149,9 @@ def test_a_robot_holds_its_pose_at_once(
     assert "NOT HELD" not in spec.read_text()
     run(spec)
     assert farthest and max(farthest.values()) < 1.0
+    capsys.readouterr()
+    assert main(["test", str(spec), "--budget", "0", "--jobs", "1"]) == 0
+    assert "passed  holds" in capsys.readouterr().out
     for group in groups:
         assert f".E.{group}." in spec.read_text()
 
@@ -672,6 +678,7 @@ def test_a_joint_that_is_not_held_is_told(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("specc: NOT HELD: in a rehearsal") and "shoulder " in line
     assert "# NOT HELD: " in spec.read_text()
+    assert "scenarios:" not in spec.read_text(), "a test that fails from the beginning"
 
 
 def files_below(folder: Path) -> dict[Path, bytes | None]:

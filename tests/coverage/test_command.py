@@ -108,8 +108,10 @@ def test_a_percentage_is_asked_for(least: str) -> None:
     assert "is not a percentage from 0 to 100" in printed.stderr
 
 
-def test_runs_count_together() -> None:
-    once, twice = items_of(RECORDED), items_of(RECORDED, RECORDED)
+def test_runs_count_together(tmp_path: Path) -> None:
+    """Of a recording that is named twice there is one run."""
+    copy = shutil.copy(RECORDED, tmp_path)
+    once, twice = items_of(RECORDED, RECORDED), items_of(RECORDED, copy)
     assert [2 * item.pop("count") for item in once] == [item.pop("count") for item in twice]
     assert once == twice
 
@@ -179,6 +181,25 @@ def test_a_specification_that_has_changed_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.no_replay("nothing but the beginning of a run")
+def test_a_folder_stands_for_the_recordings_in_it(tmp_path: Path) -> None:
+    """Each counts once, however often it is named."""
+    done = specc("coverage", tmp_path)
+    assert done.returncode == 2 and "has no recordings, *.mcap; `specc run --record`" in done.stderr
+    for name in ("a.mcap", "b.mcap"):
+        shutil.copy(RECORDED, tmp_path / name)
+    (tmp_path / "c.txt").write_text("no recording")
+    done = specc("coverage", tmp_path, tmp_path / "a.mcap")
+    assert done.returncode == 0 and done.stdout.startswith("2 runs, 12 s\n")
+
+
+def test_a_file_that_cannot_be_read_is_wrong_usage(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("specc: 1\n")
+    for spec, code in ((tmp_path / "none.yaml", 2), (tmp_path, 2), (broken, 1)):
+        done = specc("coverage", RECORDED, "--spec", spec)
+        assert done.returncode == code and "error[" in done.stderr and not done.stdout
+
+
 def test_comments_leave_gaps_out_of_the_count(tmp_path: Path) -> None:
     row = "- [idle,    terminal, hold_asked, holding]"
     spec = changed(tmp_path / "other", (row, f"{row} # specc: ignore[W1102] for others"))

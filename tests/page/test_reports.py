@@ -119,6 +119,9 @@ def test_a_report_opens_from_disk(width: int, scheme: str, page: Page, tmp_path:
     assert "at 2.25 s: state(gate.c) != opening did not hold" in reasons
     assert "gate.c at 2.25 s" in reasons
     assert page.evaluate("document.querySelectorAll('.stretch .band').length") > 0
+    plots, lines = (f"[...document.querySelectorAll('#incidents .plot{x}')]" for x in ("", " path"))
+    count = page.evaluate(f"{plots}.length")
+    assert count and page.evaluate(f"new Set({lines}.map(e => e.closest('.plot'))).size") == count
     page.evaluate("document.querySelector('#plots').scrollIntoView({behavior: 'instant'})")
     page.wait_for("document.querySelectorAll('#plots svg').length > 1")
     assert page.evaluate("document.querySelector('#tables a').textContent") == "stop, seed 1"

@@ -116,6 +116,17 @@ def test_what_cannot_be_read_is_refused_or_named(small: Path, tmp_path: Path) ->
     assert "gone.mcap" in shown["notes"][0]
 
 
+def test_without_the_specification_that_is_asked_for_nothing_is_written(
+    small: Path, tmp_path: Path
+) -> None:
+    """Whatever is wrong with recordings before."""
+    out, broken = tmp_path / "out.html", tmp_path / "broken.yaml"
+    broken.write_text("specc: 1\n")
+    for spec, code in ((tmp_path / "none.yaml", 2), (broken, 1)):
+        done = specc("report", tmp_path / "no.mcap", small, "--spec", spec, "--out", out)
+        assert done.returncode == code and "error[" in done.stderr and not out.exists()
+
+
 def test_results_lead_to_the_sections_of_their_recordings(small: Path, tmp_path: Path) -> None:
     runs = [
         {**RUN, "passed": False, "recording": "small.mcap"},
@@ -129,6 +140,17 @@ def test_results_lead_to_the_sections_of_their_recordings(small: Path, tmp_path:
     assert [row["run"] for row in rows["rows"]] == [0, None]
     assert "gone.mcap" in lost["notes"][0]
     assert data_of(out, "run-0")["hello"]["file"] == "small.mcap"
+
+
+def test_it_says_how_the_specification_is_named(tmp_path: Path) -> None:
+    """With the words of the command, as the recordings of results are not named in it."""
+    run = specc("run", ROOT / "specs/examples/tray_cell.yaml", "--duration", 0.1, "--record",
+                tmp_path / "stop-1.mcap")  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    results, out = _written(tmp_path / "results", SCENARIO), tmp_path / "out.html"
+    (tmp_path / "stop-1.mcap").rename(results.parent / "stop-1.mcap")
+    assert specc("report", results.parent, "--out", out).returncode == 3, "one is missing"
+    assert "specc report results --spec" in out.read_text(encoding="utf-8")
 
 
 def test_tables_need_no_recording(tmp_path: Path) -> None:

@@ -58,6 +58,14 @@ def test_scenarios_have_their_rates_and_runs_lead_to_their_sections(tmp_path: Pa
     assert results_at(str(tmp_path)) is not None, "its folder stands for the file"
 
 
+def test_a_scenario_that_was_cut_has_not_failed(tmp_path: Path) -> None:
+    cut = {**SCENARIO, "passed": None, "success": {"required": 9, "of": 9}}
+    found = results_at(str(_written(tmp_path, cut)))
+    assert found is not None
+    (row,) = found.tables([])[0]["rows"]
+    assert (row["cells"][1], row["is_bad"]) == ("cut", False)
+
+
 @pytest.mark.parametrize(
     "name",
     ["../other.mcap", "/etc/hostname.mcap", "a\0.mcap", "run.txt", "link/x.mcap", 3, None, ["a"]],

@@ -73,9 +73,7 @@ class SubsystemSection(SubsystemEquations):
             return
         self._heading("Buffers and memory")
         diagram = inside(self.facts.system, s)
-        caption = pages.caption(
-            replace(s.trace, eq=()), f"Structure of {s.qualified_name}", s.place
-        )
+        caption = pages.caption(Trace(fig=s.trace.fig), f"Structure of {s.qualified_name}", s.place)
         if any(diagram.all_nodes):
             words = f"Inner structure of {s.qualified_name}"
             pages.picture(
@@ -165,17 +163,19 @@ class SubsystemSection(SubsystemEquations):
             anchor = f"#{pages.anchor(names.id('state', s.states[0].name))}"
             state, shown = names.state(s.states[0].name), names.behaviour(s.states[0].behaviour)
             has = f"{anchor}{state.inline}, with the behaviour {shown.inline}"
-            pages.content(f"It has one state, {has}.")
+            trace = s.states[0].trace
+            every = replace(trace, table=tuple(dict.fromkeys((*s.trace.table, *trace.table))))
+            shown_numbers = self._trace(s.states[0], every)
+            pages.add(f"#par_[It has one state, {has}", *shown_numbers, ".]\n")
             return
+        traces = [state.trace for state in s.states]
+        figures = Trace(fig=tuple(sorted({n for trace in traces for n in trace.fig})))
         words = f"State machine of {s.qualified_name}"
-        caption: list[Part] = ["State machine of ", names.symbol.inline]
+        caption = pages.caption(figures, words, s.place)
+        caption += ["State machine of ", names.symbol.inline]
         diagram = replace(states(s), notes=())
         pages.picture(diagram, caption, words)
-        traces = [state.trace for state in s.states]
-        tables = Trace(
-            table=tuple(sorted({n for trace in traces for n in trace.table})),
-            fig=tuple(sorted({n for trace in traces for n in trace.fig})),
-        )
+        tables = Trace(table=tuple(sorted({n for trace in traces for n in trace.table})))
         numbers = pages.caption(tables, f"States of {s.qualified_name}", s.place)
         first = f" It begins in {names.state(s.initial_state).inline}." if s.initial_state else ""
         pages.table(
@@ -185,10 +185,12 @@ class SubsystemSection(SubsystemEquations):
             widths="(auto, auto, auto, 1fr, auto)",
         )
         self._modes()
+        words = f"State transition table of {s.qualified_name}"
+        rows = pages.caption(Trace(table=s.trace.table), words, s.place)
         pages.table(
             ("State", "Ended by", "Initial condition", "Next state", "Source"),
             self._transition_rows(),
-            caption=[f"State transition table of {names.symbol.inline} (T. denotes TRUE)."],
+            caption=[*rows, f"State transition table of {names.symbol.inline} (T. denotes TRUE)."],
             widths="(1fr, auto, 1fr, auto, auto)",
         )
         own = [c for c in s.conditions if c.kind == "initial" and is_named(c)]

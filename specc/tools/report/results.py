@@ -153,17 +153,18 @@ class TestResults:
 
     def _scenario_row(self, scenario: Mapping[str, Any]) -> Message:
         success, rate = _dict(scenario, "success"), _dict(scenario, "rate")
-        has_passed = scenario.get("passed") is True
+        passed = scenario.get("passed")
+        result = "passed" if passed is True else "cut" if passed is None else "failed"
         ends = [_percent(rate.get(name)) for name in ("low", "high")]
         cells = (
             _short(scenario.get("name", "")),
-            "passed" if has_passed else "failed",
+            result,
             _short(scenario.get("because", "")),
             f"{_number(success.get('required'))} of {_number(success.get('of'))}",
             f"{_number(rate.get('passed'))} of {_number(rate.get('of'))}",
             " to ".join(ends) if all(ends) else "",
         )
-        return row(cells, is_bad=not has_passed)
+        return row(cells, is_bad=result == "failed")
 
     def _run_row(self, name: str, run: Mapping[str, Any], numbers: Mapping[str, int]) -> Message:
         violated = [each for each in _list(run, "violated") if isinstance(each, dict)]

@@ -133,9 +133,14 @@ class ScenarioResult:
         return self.passes >= self.required
 
     @property
-    def is_lost(self) -> bool:
-        """Whether too many runs failed already, whatever comes of the others."""
+    def is_failed(self) -> bool:
+        """Whether too many runs failed, whatever comes of the others."""
         return len(self.scenario.seeds) - (len(self.runs) - self.passes) < self.required
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether runs that would decide are missing: the test ended before."""
+        return not (self.is_passed or self.is_failed)
 
     @cached_property
     def estimate(self) -> Estimate | None:
@@ -166,7 +171,7 @@ class ScenarioResult:
             "name": self.scenario.name,
             "because": self.scenario.because,
             "success": {"required": share[0], "of": share[1]},
-            "passed": self.is_passed,
+            "passed": None if self.is_cut else self.is_passed,
             "rate": {
                 "passed": self.passes,
                 "of": count,

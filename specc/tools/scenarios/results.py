@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -18,13 +20,16 @@ _MOST_BYTES = 50_000_000
 """Of a file of results that is read."""
 
 
-def write_results(folder: Path, specification: str, results: Sequence[ScenarioResult]) -> Path:
-    """Write what came of scenarios into a folder; the file."""
+def write_results(
+    folder: Path, specification: str, digest: str, results: Sequence[ScenarioResult]
+) -> Path:
+    """Write what came of scenarios of a specification with these texts into a folder; the file."""
     folder.mkdir(parents=True, exist_ok=True)
     data = {
         "format": FORMAT,
         "version": VERSION,
         "specification": specification,
+        "specification_sha256": digest,
         "scenarios": [result.as_data() for result in results],
     }
     write_atomically(file := folder / FILE, json.dumps(data, indent=2) + "\n")
@@ -33,7 +38,7 @@ def write_results(folder: Path, specification: str, results: Sequence[ScenarioRe
 
 def remove_results(folder: Path) -> None:
     """Remove the results of an earlier test from a folder, with the recordings that they name."""
-    for entry in _scenarios(folder):
+    for entry in _scenarios(_data(folder)):
         for name in _recordings(entry):
             (folder / name).unlink(missing_ok=True)
     (folder / FILE).unlink(missing_ok=True)
@@ -41,27 +46,48 @@ def remove_results(folder: Path) -> None:
         folder.rmdir()
 
 
-def failed_before(folder: Path) -> frozenset[str]:
-    """The names of the scenarios that failed in an earlier test; none if there was none."""
-    entries = _scenarios(folder)
-    names = (entry.get("name") for entry in entries if entry.get("passed") is False)
-    return frozenset(name for name in names if isinstance(name, str))
+@dataclass(frozen=True, slots=True)
+class EarlierTest:
+    """Scenarios that an earlier test has not seen pass, of a specification with this digest."""
+
+    names: frozenset[str] = frozenset()
+    digest: str = ""
 
 
-def _scenarios(folder: Path) -> Iterator[dict[str, Any]]:
-    """The entries of a file of results; none if it is no such file."""
+def earlier_test(folder: Path, specification: str) -> EarlierTest:
+    """What an earlier test of a specification left in a folder; without names if there is none."""
+    data = _data(folder)
+    if data.get("specification") != specification:
+        return EarlierTest()
+    entries = _scenarios(data)
+    names = (entry.get("name") for entry in entries if entry.get("passed") is not True)
+    digest = str(data.get("specification_sha256", ""))
+    return EarlierTest(frozenset(name for name in names if isinstance(name, str)), digest)
+
+
+def digest_of(texts: Iterable[str]) -> str:
+    """The digest of the texts of a specification."""
+    return sha256(json.dumps([*texts]).encode()).hexdigest()
+
+
+def _data(folder: Path) -> dict[str, Any]:
+    """The content of a file of results; nothing if it is no such file."""
     file = folder / FILE
     try:
         if file.stat().st_size > _MOST_BYTES:
-            return
+            return {}
         data = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
-        return
-    if isinstance(data, dict) and data.get("format") == FORMAT:
-        entries = data.get("scenarios")
-        for entry in entries if isinstance(entries, list) else ():
-            if isinstance(entry, dict):
-                yield entry
+        return {}
+    is_known = isinstance(data, dict) and data.get("format") == FORMAT
+    return data if is_known and data.get("version") == VERSION else {}
+
+
+def _scenarios(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    entries = data.get("scenarios")
+    for entry in entries if isinstance(entries, list) else ():
+        if isinstance(entry, dict):
+            yield entry
 
 
 def _recordings(entry: dict[str, Any]) -> Iterator[str]:
@@ -76,8 +102,8 @@ def _recordings(entry: dict[str, Any]) -> Iterator[str]:
 
 # JUnit's XML, which services for CI show.
 
-Case = tuple[str, str]
-"""The name of a case, and why it failed; empty if it did not."""
+Case = tuple[str, str | None]
+"""The name of a case, and why it failed; empty if it did not, None if that is not known."""
 
 
 def as_junit(suites: Sequence[tuple[str, Sequence[Case]]]) -> str:
@@ -90,7 +116,10 @@ def as_junit(suites: Sequence[tuple[str, Sequence[Case]]]) -> str:
 
 def cases_of(results: Sequence[ScenarioResult]) -> list[Case]:
     """The case of each scenario."""
-    return [(result.scenario.name, failure_text(result)) for result in results]
+    return [
+        (result.scenario.name, None if result.is_cut else failure_text(result))
+        for result in results
+    ]
 
 
 def failure_text(result: ScenarioResult) -> str:
@@ -104,7 +133,8 @@ def failure_text(result: ScenarioResult) -> str:
 
 def _counts(cases: Sequence[Case]) -> str:
     failures = sum(bool(failure) for _, failure in cases)
-    return f'tests="{len(cases)}" failures="{failures}" errors="0"'
+    cut = sum(failure is None for _, failure in cases)
+    return f'tests="{len(cases)}" failures="{failures}" errors="0" skipped="{cut}"'
 
 
 def _suite(name: str, cases: Sequence[Case]) -> str:
@@ -113,8 +143,10 @@ def _suite(name: str, cases: Sequence[Case]) -> str:
     return f"<testsuite name={title} {_counts(cases)}>\n{body}</testsuite>\n"
 
 
-def _case(suite: str, name: str, failure: str) -> str:
+def _case(suite: str, name: str, failure: str | None) -> str:
     head = f"<testcase classname={suite} name={quoteattr(visible(name))}"
+    if failure is None:
+        return f'{head}>\n<skipped message="the test ended before"/>\n</testcase>\n'
     if not failure:
         return f"{head}/>\n"
     message, text = failure.partition("\n")[0], escape(visible_lines(failure))

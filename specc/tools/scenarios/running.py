@@ -147,13 +147,8 @@ class ScenarioRuns:
 
     @property
     def results(self) -> list[ScenarioResult]:
-        """What came of the scenarios that have runs, in their order."""
-        return [course.result for course in self._courses if course.done]
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether a scenario fails already, whatever comes of the runs that are left."""
-        return any(course.result.is_lost for course in self._courses)
+        """What came of the scenarios by now, in their order."""
+        return [course.result for course in self._courses]
 
     def stop(self) -> None:
         """Begin no more runs, but record the failures there are."""
@@ -165,10 +160,13 @@ class ScenarioRuns:
                 self._record(course)
 
     def close(self) -> None:
-        """End the runs that are under way."""
+        """End the runs that are under way; what was recorded of them goes."""
         for future in (*self._pending, *self._recording):
             future.cancel()
         close_workspace(self._name)
+        wait(self._recording)
+        for _, _, file in self._recording.values():
+            file.unlink(missing_ok=True)
 
     def _submit(self, course: _Course, seed: int, more: Mapping[str, Any]) -> Future[Outcome]:
         setting, limit_s = dict(course.scenario.settings), self._settings.limit_s

@@ -191,6 +191,12 @@ def _parts(
     elements = [(e.name, name) for e in effectors for name in e.reports if name not in e.near]
     elements += [(each.name, name) for each in receptors for name in each.elements]
     sensed = [f"present(x.{part}.{name})" for part, name in elements]
+    # What nothing holds, or what does not stay, is no test that passes.
+    stays = [
+        f"near({robot.name}.c.x.{part}.{name}, {start}, {most})"
+        for part, name, (start, most) in near
+        if not drift_warning(facts)
+    ]
     lets = {"in_place": " and ".join(in_place), "sensed": " and ".join(sensed)}
     rates = _rates(facts.period_s)
     bind = {
@@ -227,6 +233,7 @@ def _parts(
         "plant": plant,
         "bind": bind,
         "cycle": True,
+        "stays": " and ".join(stays),
         "scene": scene,
     }
 
@@ -290,6 +297,7 @@ def specification_with_agent(
     remarks = (f"Made by `{command}`.", *_remarks(robot))
     parts["remarks"] = [line for remark in remarks for line in wrap(remark, 4)]
     parts["cycle"] = "task" not in data
+    parts["stays"] = ""
     parts["scene"] = {k: v for k, v in parts["scene"].items() if k not in scene}
     new = fill_yaml("init/model.yaml.j2", parts, fold)
     return format_text(text.rstrip("\n") + "\n" + new, _merge)

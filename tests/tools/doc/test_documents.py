@@ -94,7 +94,38 @@ def test_every_number_is_shown_once(path: str) -> None:
     for number, letters in by_number.items():
         alphabet = [chr(ord("a") + n) for n in range(len(letters))]
         assert letters in ([""], alphabet), number
-    assert path != SHORT[0] or {n for kind, n in wanted if kind == "eq"} >= set(range(4, 89)) - {32}
+    if path == SHORT[0]:
+        of = {kind: {n for each, n in wanted if each == kind} for kind in ("eq", "table", "fig")}
+        assert of["eq"] >= set(range(4, 89)) - {32}
+        assert of["table"] >= set(range(3, 13))
+        assert of["fig"] >= {6, *range(8, 14), *range(16, 19), *range(20, 25)}
+
+
+def test_captions_have_the_numbers_of_a_machine(tmp_path: Path) -> None:
+    spec = tmp_path / "a.yaml"
+    spec.write_text(
+        "specc: 1.3\nsystem: a\nagents:\n  b:\n    control:\n      rate: 10 Hz\n      fig: 1\n"
+        "      table: 2\n      memory: {n: {type: int, init: 0}}\n      functions: {f: {n: n}}\n"
+        "      states: {S0: {functions: [f], terminal: {when: True}, table: 3, fig: 4}}\n"
+        "      initial_state: S0\n      transitions: [[S0, terminal, always, S0]]\n"
+    )
+
+    def shown(before: str) -> list[str]:
+        text = re.sub(r'#number_\("[\w-]+", "\w+"\)\[#"(\d)"\]', r"\1", written(str(spec)).text)
+        return re.findall(rf'#"(Table|Fig\.)"~(\d)\. {before}', text)
+
+    assert shown("Inner structure of") == [("Fig.", "1")]
+    assert shown("State transition table of") == [("Table", "2")]
+    assert shown("States and behaviours of") == [("Table", "3")]
+    assert shown("State machine of") == [("Fig.", "4")]
+    spec.write_text(
+        spec.read_text()
+        .replace("terminal: {when: True}", "terminal: never")
+        .partition("      transitions")[0]
+    )
+    assert "#par_[It has one state" in written(str(spec)).text
+    numbers = re.findall(r'"\)\[#"(\d)"\]', written(str(spec)).text)
+    assert {"1", "2", "3", "4"} <= set(numbers)
 
 
 class Checked(HTMLParser):
@@ -167,6 +198,12 @@ def test_what_cannot_be_read_or_written(tmp_path: Path) -> None:
     path.write_text(HOSTILE.replace("else n_1", "else 1[m]"), "utf-8")
     assert specc("doc", path, "--out", tmp_path / "out").returncode == 1
     assert "The specification has errors" in (tmp_path / "out/hostile.html").read_text("utf-8")
+
+
+def test_a_file_is_no_folder_for_documents(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    done = specc("doc", "specs/conveyor_gate.yaml", "--out", tmp_path / "file")
+    assert done.returncode == 2 and "file is no folder; name another one" in done.stderr
 
 
 def test_departures_and_the_equations_that_they_are_about() -> None:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -186,12 +190,32 @@ def test_those_that_failed_are_run_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+def test_what_failed_in_another_specification_does_not_choose(tmp_path: Path) -> None:
+    """It says what is run again, and runs all where nothing of it is there any more."""
+    arguments = ("test", "belt.yaml", "--budget", 0, "--last-failed", "--out", "specc-test")
+    spec(tmp_path, scenario("one", FAILS), scenario("two", PASSES))
+    results_of(tmp_path, code=1)
+    done = specc(*arguments, cwd=tmp_path)
+    assert "run again: 1 scenario of 1 that did not pass\n" in done.stderr
+    spec(tmp_path, scenario("renamed", FAILS), scenario("two", PASSES))
+    done = specc(*arguments, cwd=tmp_path)
+    assert "0 scenarios of 1" in done.stderr and "has changed since, so all are run" in done.stderr
+    found = by_name(json.loads((tmp_path / "specc-test/results.json").read_text()))
+    assert found.keys() == {"renamed", "two"}
+    spec(tmp_path, scenario("renamed", PASSES), scenario("two", PASSES), name="other")
+    done = specc("test", "other.yaml", *arguments[2:], cwd=tmp_path)
+    assert "nothing is known of scenarios that failed; all are run" in done.stderr
+    assert "passed  two" in done.stdout
+
+
+@pytest.mark.long
 def test_names_choose(tmp_path: Path) -> None:
     spec(tmp_path, scenario("slow_belt", FAILS), scenario("fast_belt", PASSES))
     assert by_name(results_of(tmp_path, "-k", "slow", code=1)).keys() == {"slow_belt"}
     assert results_of(tmp_path, "-k", "fast") is None
     done = specc("test", "belt.yaml", "-k", "nothing", "--budget", 0, cwd=tmp_path)
     assert done.returncode == 2 and "no scenario has 'nothing' in its name" in done.stderr
+    assert "there are slow_belt, fast_belt" in done.stderr
 
 
 @pytest.mark.long
@@ -201,7 +225,42 @@ def test_the_first_failure_ends_the_test(tmp_path: Path) -> None:
     found = by_name(results_of(tmp_path, "--fail-fast", "--jobs", 1, code=1))
     assert not found["broken"]["passed"]
     assert found["broken"]["runs"][0]["recording"] == "broken-0.mcap"
-    assert len(found.get("many", {"runs": []})["runs"]) < 401
+    assert len(found["many"]["runs"]) < 401 and found["many"]["passed"] is None
+
+
+@pytest.mark.long
+def test_what_an_interrupted_test_has_found_is_written(tmp_path: Path) -> None:
+    """What it did not decide is no failure, and is run with `--last-failed`."""
+    endless = scenario("endless", PASSES).replace("3[s]", "86400[s]")
+    spec(tmp_path, scenario("broken", FAILS), scenario("whole", PASSES), endless)
+    arguments = ("belt.yaml", "--budget", "0", "--jobs", "2", "--junit", "all.xml")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "specc", "test", *arguments],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while process.poll() is None and not (tmp_path / "specc-test/broken-0.mcap").exists():
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate()
+    assert process.returncode == 130
+    found = by_name(json.loads((tmp_path / "specc-test/results.json").read_text()))
+    assert {name: entry["passed"] for name, entry in found.items()} == {
+        "broken": False,
+        "whole": True,
+        "endless": None,
+    }
+    assert out.count("FAILED") == 1 and "1 scenario not run" in out
+    cases = {case.get("name"): case for case in ET.parse(tmp_path / "all.xml").iter("testcase")}
+    assert [name for name, case in cases.items() if case.find("failure") is not None] == ["broken"]
+    assert [name for name, case in cases.items() if case.find("skipped") is not None] == ["endless"]
+    spec(tmp_path, scenario("broken", PASSES), scenario("endless", PASSES))
+    assert by_name(results_of(tmp_path, "--last-failed", "--out", "specc-test")).keys() == {
+        "broken",
+        "endless",
+    }
 
 
 def test_errors_in_a_specification_are_a_failure(tmp_path: Path) -> None:

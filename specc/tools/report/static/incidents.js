@@ -87,6 +87,9 @@ function draw({ incident, stretch, lines }) {
   stretch.replaceChildren(axis, bands);
   lines.replaceChildren(...Object.entries(series).flatMap(([name, own]) => {
     const signal = page.hello.signals.find((one) => one.name === name);
+    if (!own.lines.some((line) => line.some((value) => value !== null))) {
+      return [];
+    }
     const cut = { ...own, begin_s, end_s };
     const shown = signal?.components.length ? plots(signal, cut, time_s, lines.clientWidth) : [];
     return shown.length ? [html("p", { class: "name" }, ...dotted(name)), ...shown] : [];
