@@ -275,6 +275,35 @@ def test_a_deadline_is_proved_to_the_tick(rate: str, first: int, tmp_path: Path)
             assert (counterexample(result) is None) == is_proved
 
 
+def ramp(steps: int, that: str) -> str:
+    """It commands more in each period until it commands 1, and then waits for the device."""
+    by = 1 / steps
+    text = moves(
+        that=that,
+        behaviours="a: {functions: [{y.d.u: v_n, v: v_n, u_d: 1}], terminal: end_a}, "
+        "b: {terminal: never}",
+    )
+    return text.replace(
+        "      conditions:",
+        f"      memory: {{v: {{type: real, init: 0}}, u_d: {{type: real, init: 1}}}}\n"
+        f'      let: {{v_n: "v + min(max(u_d - v, -{by}), {by})"}}\n'
+        "      conditions:",
+    )
+
+
+@pytest.mark.parametrize("steps", [4, pytest.param(64, marks=pytest.mark.long)])
+def test_a_command_that_comes_by_a_ramp_is_followed_until_it_stays(
+    steps: int, tmp_path: Path
+) -> None:
+    """It commands 1 from the last step on; after that it is as if it had commanded 1 at once."""
+    for late, is_proved in ((4, False), (5, True)):
+        that = f"within({(steps - 1 + late) / 10:.1f}[s], state(rig.c) == b)"
+        result, found = judged(ramp(steps, that), tmp_path)
+        assert bool(found.given) == is_proved
+        if steps < TICKS - 4:
+            assert (counterexample(result) is None) == is_proved
+
+
 def test_a_verdict_names_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, found = judged(moves(), tmp_path)
     assert found.summary() == "proved, given the contract `d.k`"
