@@ -373,6 +373,38 @@ def test_only_the_contracts_that_are_needed_are_named(tmp_path: Path) -> None:
     assert found.given == ("d.j",)
 
 
+def test_a_contract_of_a_device_that_is_not_awaited_costs_nothing(tmp_path: Path) -> None:
+    """It would make the search larger than it may be."""
+    text = moves(
+        conditions="end_a: x.d.m > 0.5, end_b: x.e.m > 0.5, end_c: x.e.m < 0.5",
+        behaviours='a: {functions: [{y.d.u: "1"}], terminal: end_a}, '
+        'b: {functions: [{y.e.u: "1"}], terminal: end_b}, '
+        'c: {functions: [{y.e.u: "0"}], terminal: end_c}',
+        rows="        - [a, terminal, always, b]\n        - [b, terminal, always, c]\n"
+        "        - [c, terminal, always, b]",
+        that="within(0.6[s], state(rig.c) == b)",
+    )
+    text = text.replace("states: {a: a, b: b}", "states: {a: a, b: b, c: c}")
+    text = text.replace("rig.E.d.m: {}}", "rig.E.d.m: {}, rig.E.e.u: {}, rig.E.e.m: {}}")
+    device, _, _ = text.partition("    control:")[0].partition("contracts:")
+    device = device[device.index("      d:") :].replace("      d:", "      e:")
+    other = text.replace("    control:", f"{device.rstrip()}\n    control:", 1)
+    follows = "always(stays(y.E.e.u, 3[s]) implies abs(x.E.e.m - y.E.e.u) < 0.2)"
+    with_contract = other.replace(
+        "    control:", f'        contracts: {{k: "{follows}"}}\n    control:', 1
+    )
+
+    def least_budget(text: str) -> int:
+        """With how many steps it is proved."""
+        (tmp_path / "rig.yaml").write_text(text, encoding="utf-8")
+        result = compile_spec(str(tmp_path / "rig.yaml"))
+        assert result.ok, text
+        budgets = (2**n for n in range(8, 20))
+        return next(each for each in budgets if explore(result.proofs, each).requirements[0].given)
+
+    assert least_budget(with_contract) == least_budget(other)
+
+
 def test_one_that_nobody_can_keep_does_not_hide_another(tmp_path: Path) -> None:
     never = "always(stays(y.E.d.u, 0.1[s]) implies x.E.d.m > 0.9 and x.E.d.m < 0.1)"
     text = moves(contract=MOVES["contract"] + '"\n          j: "' + never)
