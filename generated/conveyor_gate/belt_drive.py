@@ -70,9 +70,8 @@ class BeltDrive(Subsystem):
 
     def _start(self) -> int:
         """First period: initial memory and the behaviour of the initial state."""
-        x = self.x
         memory = self.memory
-        memory.v_p = x.E_v_m
+        memory.v_p = 0.0
         self.state, self._work = "S0", self._in_s0
         self._turn()
         return -1

@@ -9,16 +9,17 @@ from collections.abc import Mapping
 
 from specc_runtime.builtins import finite
 from specc_runtime.requirements import Reading, Requirement, Requirements
-from specc_runtime.temporal import Atom, Judgement, Not, Or, Within, judged
+from specc_runtime.temporal import And, Atom, Judgement, Not, Or, Stays, Watched, Within, judged
 
 
 class Values:
     """What the requirements read, as far as it is there."""
 
-    __slots__ = ("state_gate_c", "belt_E_drive_v_m")
+    __slots__ = ("state_gate_c", "belt_E_drive_v_m", "belt_E_drive_v_s")
 
     state_gate_c: str  # state(gate.c)
     belt_E_drive_v_m: float  # belt.E.drive.v_m: real[rad/s]
+    belt_E_drive_v_s: float  # belt.E.drive.v_s: real[rad/s]
 
 
 class SystemRequirements(Requirements):
@@ -29,6 +30,7 @@ class SystemRequirements(Requirements):
     readings = (
         Reading("state_gate_c", "gate.c", "state"),
         Reading("belt_E_drive_v_m", "belt.drive", "reported", "E_v_m"),
+        Reading("belt_E_drive_v_s", "belt.drive", "sent", "E_v_s"),
     )
 
     def __init__(self, files: Mapping[str, str]) -> None:
@@ -38,6 +40,9 @@ class SystemRequirements(Requirements):
         self.atom_2 = Atom(self._atom_2, "belt_E_drive_v_m")
         self.atom_3 = Atom(self._atom_3, "state_gate_c")
         self.atom_4 = Atom(self._atom_4, "state_gate_c")
+        self.value_5 = Watched(self._value_5, "belt_E_drive_v_s")
+        self.atom_6 = Atom(self._atom_6, "belt_E_drive_v_s")
+        self.atom_7 = Atom(self._atom_7, "belt_E_drive_v_m")
         self.requirements = (
             Requirement(
                 "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])",
@@ -52,6 +57,17 @@ class SystemRequirements(Requirements):
                 Or(Not(self.atom_3), Within(300, self.atom_4)),
                 reads={"state(gate.c)": "state_gate_c"},
                 asked=self.atom_3,
+            ),
+            Requirement(
+                "drive.stands: always(stays(y.E.drive.v_s, 0.5[s]) and abs(y.E.drive.v_s) <= 0 implies abs(x.E.drive.v_m) < 0.015[rad/s])",
+                "the motor brakes",
+                Or(Not(And(Stays(50, self.value_5), self.atom_6)), self.atom_7),
+                reads={
+                    "belt.E.drive.v_s": "belt_E_drive_v_s",
+                    "belt.E.drive.v_m": "belt_E_drive_v_m",
+                },
+                asked=And(Stays(50, self.value_5), self.atom_6),
+                contract="drive.stands",
             ),
         )
 
@@ -74,3 +90,22 @@ class SystemRequirements(Requirements):
         """state(gate.c) == opening."""
         memory = self.values
         return judged(memory.state_gate_c == "opening")
+
+    def _value_5(self) -> float:
+        """belt.E.drive.v_s."""
+        memory = self.values
+        return memory.belt_E_drive_v_s
+
+    def _atom_6(self) -> Judgement:
+        """abs(belt.E.drive.v_s) <= 0[rad/s]."""
+        memory = self.values
+        return judged(
+            abs(memory.belt_E_drive_v_s) <= 0.0, finite(0.0 - abs(memory.belt_E_drive_v_s))
+        )
+
+    def _atom_7(self) -> Judgement:
+        """abs(belt.E.drive.v_m) < 0.015[rad/s]."""
+        memory = self.values
+        return judged(
+            abs(memory.belt_E_drive_v_m) < 0.015, finite(0.015 - abs(memory.belt_E_drive_v_m))
+        )

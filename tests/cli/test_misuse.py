@@ -191,7 +191,7 @@ def test_text_that_is_no_specification(name: str, folder: Path) -> None:
 @pytest.mark.parametrize("what", ["build", "run"])
 def test_specification_with_errors_is_neither_built_nor_run(what: str, folder: Path) -> None:
     (folder / "gate.yaml").write_text(edit(SPEC, "y.E.v_s: v_n", "y.E.v_s: v_m"), encoding="utf-8")
-    assert_said(specc(folder, what, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:29:", "1 error"))
+    assert_said(specc(folder, what, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:35:", "1 error"))
     assert not (folder / "generated").exists()
 
 

@@ -166,7 +166,7 @@ def test_comments_order_and_circumstances_may_have_changed(tmp_path: Path) -> No
     assert printed.returncode == 0, printed.stderr
     assert printed.stdout.splitlines()[:10] == specc("coverage", RECORDED).stdout.splitlines()[:10]
     row = "`idle terminal hold_asked -> holding`"
-    assert re.search(rf"conveyor_gate.yaml:57: no run takes row {row}", printed.stdout)
+    assert re.search(rf"conveyor_gate.yaml:63: no run takes row {row}", printed.stdout)
 
 
 @pytest.mark.long

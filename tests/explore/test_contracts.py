@@ -275,6 +275,35 @@ def test_a_deadline_is_proved_to_the_tick(rate: str, first: int, tmp_path: Path)
             assert (counterexample(result) is None) == is_proved
 
 
+def ramp(steps: int, that: str) -> str:
+    """It commands more in each period until it commands 1, and then waits for the device."""
+    by = 1 / steps
+    text = moves(
+        that=that,
+        behaviours="a: {functions: [{y.d.u: v_n, v: v_n, u_d: 1}], terminal: end_a}, "
+        "b: {terminal: never}",
+    )
+    return text.replace(
+        "      conditions:",
+        f"      memory: {{v: {{type: real, init: 0}}, u_d: {{type: real, init: 1}}}}\n"
+        f'      let: {{v_n: "v + min(max(u_d - v, -{by}), {by})"}}\n'
+        "      conditions:",
+    )
+
+
+@pytest.mark.parametrize("steps", [4, pytest.param(64, marks=pytest.mark.long)])
+def test_a_command_that_comes_by_a_ramp_is_followed_until_it_stays(
+    steps: int, tmp_path: Path
+) -> None:
+    """It commands 1 from the last step on; after that it is as if it had commanded 1 at once."""
+    for late, is_proved in ((4, False), (5, True)):
+        that = f"within({(steps - 1 + late) / 10:.1f}[s], state(rig.c) == b)"
+        result, found = judged(ramp(steps, that), tmp_path)
+        assert bool(found.given) == is_proved
+        if steps < TICKS - 4:
+            assert (counterexample(result) is None) == is_proved
+
+
 def test_a_verdict_names_the_contract(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, found = judged(moves(), tmp_path)
     assert found.summary() == "proved, given the contract `d.k`"
@@ -342,6 +371,38 @@ def test_only_the_contracts_that_are_needed_are_named(tmp_path: Path) -> None:
     text = moves(contract='always(x.E.d.m > -1)"\n          j: "' + MOVES["contract"])
     _, found = judged(text, tmp_path)
     assert found.given == ("d.j",)
+
+
+def test_a_contract_of_a_device_that_is_not_awaited_costs_nothing(tmp_path: Path) -> None:
+    """It would make the search larger than it may be."""
+    text = moves(
+        conditions="end_a: x.d.m > 0.5, end_b: x.e.m > 0.5, end_c: x.e.m < 0.5",
+        behaviours='a: {functions: [{y.d.u: "1"}], terminal: end_a}, '
+        'b: {functions: [{y.e.u: "1"}], terminal: end_b}, '
+        'c: {functions: [{y.e.u: "0"}], terminal: end_c}',
+        rows="        - [a, terminal, always, b]\n        - [b, terminal, always, c]\n"
+        "        - [c, terminal, always, b]",
+        that="within(0.6[s], state(rig.c) == b)",
+    )
+    text = text.replace("states: {a: a, b: b}", "states: {a: a, b: b, c: c}")
+    text = text.replace("rig.E.d.m: {}}", "rig.E.d.m: {}, rig.E.e.u: {}, rig.E.e.m: {}}")
+    device, _, _ = text.partition("    control:")[0].partition("contracts:")
+    device = device[device.index("      d:") :].replace("      d:", "      e:")
+    other = text.replace("    control:", f"{device.rstrip()}\n    control:", 1)
+    follows = "always(stays(y.E.e.u, 3[s]) implies abs(x.E.e.m - y.E.e.u) < 0.2)"
+    with_contract = other.replace(
+        "    control:", f'        contracts: {{k: "{follows}"}}\n    control:', 1
+    )
+
+    def least_budget(text: str) -> int:
+        """With how many steps it is proved."""
+        (tmp_path / "rig.yaml").write_text(text, encoding="utf-8")
+        result = compile_spec(str(tmp_path / "rig.yaml"))
+        assert result.ok, text
+        budgets = (2**n for n in range(8, 20))
+        return next(each for each in budgets if explore(result.proofs, each).requirements[0].given)
+
+    assert least_budget(with_contract) == least_budget(other)
 
 
 def test_one_that_nobody_can_keep_does_not_hide_another(tmp_path: Path) -> None:

@@ -140,7 +140,7 @@ def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_
     for past in (("--seed", 5), ("--from", f"{recorded}/run.mcap@6")):
         done = specc(*WHOLE, *past, "--set", f"patience={patience}", "--report", tmp_path / "r")
         told = report_of(tmp_path / "r")["requirements"]
-        assert [each["verdict"] for each in told] == ["met", "met"], past
+        assert {each["verdict"] for each in told} == {"met"}, past
     assert "is known of the past" not in done.stderr
 
 

@@ -41,6 +41,8 @@ def test_the_recording_that_is_kept_replays() -> None:
         "met always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s]), "
         "margin 0.0957\n"
         "met always(state(gate.c) == halting implies within(patience, state(gate.c) == opening))\n"
+        "contract met drive.stands: always(stays(y.E.drive.v_s, 0.5[s]) and "
+        "abs(y.E.drive.v_s) <= 0 implies abs(x.E.drive.v_m) < 0.015[rad/s]), margin 0.0133\n"
     )
 
 

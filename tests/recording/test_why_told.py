@@ -36,10 +36,10 @@ def test_a_state_and_what_is_missing_for_its_end() -> None:
     place = "specs/conveyor_gate.yaml"
     assert done.stdout.replace(str(CONVEYOR), place) == (
         "gate.c at 3.1 s (stamp 62): in passing since 2.7 s, for 0.4 s\n"
-        f"  by opening terminal always -> passing  ({place}:121)\n"
+        f"  by opening terminal always -> passing  ({place}:127)\n"
         "  conditions of passing:\n"
         "    error never: False\n"
-        f"    terminal parcel_gone: False  ({place}:102)\n"
+        f"    terminal parcel_gone: False  ({place}:108)\n"
         "      elapsed = 0.4 s, needs > 2.5 s: 2.1 s too little\n"
         "      not asked, for what stands before it decided: not x.eye.parcel,"
         " which would be true\n"
@@ -206,7 +206,7 @@ MOVING = "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])
             'patience: {is: "3[s]"',
             'patience: {is: "0.5[s]"',
             [
-                f"violated at 1.5 s: {HALTING}  (gate.yaml:142)",
+                f"violated at 1.5 s: {HALTING}  (gate.yaml:148)",
                 "  because: a parcel in the beam is let through soon",
                 "  at 1.5 s: state(gate.c) == halting held",
                 "  state(gate.c) == opening had to hold by 2 s, 0.5 s later, and did not",
@@ -230,7 +230,7 @@ MOVING = "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])
             MOVING,
             "always(state(gate.c) != opening)",
             [
-                "violated at 2.25 s: always(state(gate.c) != opening)  (gate.yaml:140)",
+                "violated at 2.25 s: always(state(gate.c) != opening)  (gate.yaml:146)",
                 "  because: the barrier moves up only beside a belt that stands",
                 "  at 2.25 s: state(gate.c) != opening did not hold",
                 "  at 2.25 s: state(gate.c) = opening",

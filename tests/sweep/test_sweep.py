@@ -50,7 +50,9 @@ def test_rows_are_what_single_runs_report_whoever_makes_them(counts: str, tmp_pa
     told = json.loads(report.read_text(encoding="utf-8"))
     assert rows[1]["records_sha256"] == told["records_sha256"]
     assert rows[1]["cycle.simulated_s"] == json.dumps(told["cycles"][0]["simulated_s"])
-    margins = {f"margin of {r['that']}": r["margin"] for r in told["requirements"]}
+    margins = {
+        f"margin of {r.get('contract') or r['that']}": r["margin"] for r in told["requirements"]
+    }
     assert {n: rows[1][n] for n in margins} == {
         n: "" if m is None else json.dumps(m) for n, m in margins.items()
     }

@@ -84,6 +84,7 @@ def number_domains(
             low,
             high,
             counts=target in cuts.counting and high - low >= MOST_EXACT,
+            given=cuts.given_to(target),
         )
         for target, (low, high) in ranges.items()
     }
@@ -151,6 +152,13 @@ class NumberCuts:
         Not those that are compared with another number that varies: how far two numbers are apart
         decides then, which no cut of either tells.
         """
+
+    def given_to(self, target: NumberTarget) -> tuple[float, float]:
+        """The least and the greatest of zero and the constants that come to a number."""
+        sources = reachable([target], lambda each: self._flow.get(each, ()))
+        values = [value for source in sources for value in self._assigned.get(source, ())]
+        found = [0, *(constant for value in values for constant in _constants(value))]
+        return min(found), max(found)
 
     def _computes(self, cycle: Collection[NumberTarget]) -> bool:
         """Whether the numbers on a cycle of assignments are more than copied."""
@@ -237,6 +245,15 @@ def _computed_from(expr: m.Expr) -> set[NumberTarget]:
         case m.Choice(then=then, otherwise=otherwise):
             return _computed_from(then) | _computed_from(otherwise)
     return _names(expr)
+
+
+def _constants(expr: m.Expr) -> Iterator[float]:
+    """The constants that an expression is or chooses."""
+    match expr:
+        case m.Number(value=value):
+            yield value
+        case m.Choice(then=then, otherwise=otherwise):
+            yield from (*_constants(then), *_constants(otherwise))
 
 
 def _compared_with_varying(compared: Iterable[m.Compare]) -> Iterator[NumberTarget]:

@@ -99,6 +99,8 @@ class NumberDomain:
     low: float = -math.inf
     high: float = math.inf
     counts: bool = False
+    given: tuple[float, float] = (0, 0)
+    """The least and the greatest of zero and the constants that it is given, or computed from."""
 
     def regions_within(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
         """The regions, within the proven bounds, that intersect a range."""
@@ -110,6 +112,10 @@ class NumberDomain:
         ends = [0, *(cut.value for cut in self.regions.cuts), self.low, self.high]
         finite = [end for end in ends if math.isfinite(end)]
         return min(finite) <= number <= max(finite)
+
+    def is_between_given(self, number: float) -> bool:
+        """Whether a number lies between the constants that come to it, as on a ramp."""
+        return self.given[0] <= number <= self.given[1]
 
 
 def is_number(expr: m.Expr) -> bool:

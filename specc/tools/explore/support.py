@@ -15,7 +15,7 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.cone import Cone, ConeEnding, ConeRow
 from specc.tools.explore.contracts import readers
-from specc.tools.explore.graph import Graph
+from specc.tools.explore.graph import Graph, watcher
 from specc.tools.explore.partial import residual
 from specc.tools.explore.trace import ExploredTrace
 from specc.tools.explore.verdicts import JudgedRequirement, RequirementSlice, is_monitorable
@@ -33,10 +33,21 @@ def with_contracts(
     if verdict.verdict in ("proved", "violated"):
         return judgement
     contracts, refusal = [each for each in facts.system.contracts if is_monitorable(each)], ""
-    while contracts and (proof := _smallest_proof(subject.requirement, contracts, facts, budget)):
+    waits = list[tuple[m.Expr, str]]()
+    if verdict.verdict == "open" and verdict.finding:
+        waits = [*_waits(verdict.finding.trace)]
+    awaited = _awaited_devices(waits, subject.abstraction) if contracts else set()
+    while contracts:
+        # Those of other devices make the search larger, and are rarely needed.
+        first = [each for each in contracts if each.device in awaited]
+        tried = [first, contracts] if 0 < len(first) < len(contracts) else [contracts]
+        found = (_smallest_proof(subject.requirement, some, facts, budget) for some in tried)
+        proof = next(filter(None, found), None)
+        if proof is None:
+            break
         used, graph = proof
-        found = _refusal(subject.requirement, used, graph, facts, budget)
-        if not found:
+        reason = _refusal(subject.requirement, used, graph, facts, budget)
+        if not reason:
             proved = replace(
                 verdict,
                 verdict="proved",
@@ -47,11 +58,9 @@ def with_contracts(
                 given=tuple(each.name for each in used),
             )
             return JudgedRequirement(proved, (), (*judgement.graphs, graph))
-        refusal = refusal or found
+        refusal = refusal or reason
         contracts = [each for each in contracts if each not in used]
-    missing = tuple[str, ...]()
-    if verdict.verdict == "open" and verdict.finding:
-        missing = missing_contracts(verdict.finding.trace, subject.abstraction)
+    missing = _missing_contracts(waits, subject.abstraction)
     return replace(judgement, verdict=replace(verdict, refusal=refusal, missing=missing))
 
 
@@ -110,14 +119,42 @@ def _proof(
         composition = Composition(
             names, abstraction, precision, requirements=[requirement], contracts=contracts
         )
-        graph, tracker = Graph(composition, budget), composition.tracker
+        try:
+            graph = _graph_of_proof(composition, budget)
+        except _HopelessError:
+            continue
         if graph.broken_off:
             raise MemoryError if graph.broken_off == "out of memory" else KeyboardInterrupt
-        if graph.is_complete and tracker is not None and tracker.proves(0):
+        if graph.is_complete and _proves(composition):
             return graph
         if not composition.widened:
             break
     return None
+
+
+class _HopelessError(Exception):
+    """A graph that will not prove a requirement any more."""
+
+
+def _graph_of_proof(composition: Composition, budget: int) -> Graph:
+    """The graph, given up as soon as it does not prove the requirement."""
+    outer = watcher.get()
+
+    def watch(graph: Graph) -> None:
+        if outer:
+            outer(graph)
+        if not _proves(composition):
+            raise _HopelessError
+
+    token = watcher.set(watch)
+    try:
+        return Graph(composition, budget)
+    finally:
+        watcher.reset(token)
+
+
+def _proves(composition: Composition) -> bool:
+    return composition.tracker is not None and composition.tracker.proves(0)
 
 
 # What contracts do not count for, and which ones are missing.
@@ -166,10 +203,8 @@ def _free(name: str, like: m.Expr) -> m.Expr:
     return m.Input("", name, type=like.type)
 
 
-def missing_contracts(trace: ExploredTrace, abstraction: Abstraction) -> tuple[str, ...]:
-    """The shapes of contracts that would decide conditions on measurements of a trace."""
-    found: dict[str, None] = {}
-    devices = {each.qualified_name: each for each in abstraction.facts.system.devices}
+def _waits(trace: ExploredTrace) -> Iterator[tuple[m.Expr, str]]:
+    """The conditions on which a trace rests, each with its machine."""
     steps = {
         (each.walker.name, each.transition.source, each.transition.choices): each
         for each in reversed(trace.steps)
@@ -181,9 +216,27 @@ def missing_contracts(trace: ExploredTrace, abstraction: Abstraction) -> tuple[s
             names = [(end.condition, end.when), *((r.condition, r.when) for r in end.rows)]
             for name, when in names:
                 if f"`{name}`" in step.transition.choices:
-                    condition = residual(when, walker.static_values)
-                    found |= dict.fromkeys(_shapes(condition, walker.name, devices, abstraction))
-    return tuple(found)[:MOST_SHAPES]
+                    yield residual(when, walker.static_values), walker.name
+
+
+def _awaited_devices(waits: Iterable[tuple[m.Expr, str]], abstraction: Abstraction) -> set[str]:
+    """The devices that report what these conditions are about."""
+    found = set[str]()
+    for condition, machine in waits:
+        read = {node.key for node in m.walk(condition) if isinstance(node, m.Input)}
+        for device in abstraction.facts.system.devices:
+            if not read.isdisjoint(dict(_seen_of(device, machine, abstraction))):
+                found.add(device.qualified_name)
+    return found
+
+
+def _missing_contracts(
+    waits: Iterable[tuple[m.Expr, str]], abstraction: Abstraction
+) -> tuple[str, ...]:
+    """The shapes of contracts that would decide conditions on measurements."""
+    devices = {each.qualified_name: each for each in abstraction.facts.system.devices}
+    shapes = (shape for each in waits for shape in _shapes(*each, devices, abstraction))
+    return tuple(dict.fromkeys(shapes))[:MOST_SHAPES]
 
 
 MOST_SHAPES = 2

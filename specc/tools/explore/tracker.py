@@ -372,7 +372,9 @@ class RequirementTracker:
     def _watched_now(self, now: tuple[object, ...]) -> tuple[int, ...]:
         """The numbers of the values whose changes are asked."""
         known = self._known_values(now)
-        found = (residual(value, known) for value in self._watched)
+        found = [residual(value, known) for value in self._watched]
+        for value in found:
+            self._note_unclear(value, known)
         return tuple(
             self._watched_numbers.number(unsigned(value)) if is_literal(value) else -1
             for value in found

@@ -21,6 +21,8 @@ from specc.tools.explore.regions import NumberDomain, Region, bounded_unknown, i
 
 MOST_VALUES = 32
 """The most tracked values of one element; of later ones only the region is known."""
+MOST_ON_RAMP = 500
+"""The most of a number between the constants that it is given."""
 MOST_PARTS = 500
 """The most parts of a tracked value, since a list may grow in every period."""
 MOST_OPTIONS, MOST_COMBINED = 16, 256
@@ -59,7 +61,7 @@ class ValueTable:
     def __init__(self, max_values: int | None, domains: Mapping[str, NumberDomain]) -> None:
         """At most `max_values` of each target are tracked, and of one that counts none.
 
-        None: all between its cuts.
+        None: all between its cuts, and many between the constants that it is given.
         """
         self._max_values = max_values
         self._domains = domains
@@ -128,7 +130,8 @@ class ValueTable:
             allowed = not domain.counts and len(seen) < self._max_values
         else:
             is_decisive = not isinstance(value, m.Number) or domain.is_decisive(value.value)
-            allowed = is_decisive or len(seen) < MOST_VALUES
+            on_ramp = isinstance(value, m.Number) and domain.is_between_given(value.value)
+            allowed = is_decisive or len(seen) < (MOST_ON_RAMP if on_ramp else MOST_VALUES)
         if allowed and not is_larger_than(value, MOST_PARTS):
             seen.add(number)
             return True
