@@ -31,7 +31,7 @@ BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are released when memory runs out, so that findings can be printed."""
 WATCHED_EVERY = 256
-"""Configurations between two calls of the watcher."""
+"""Configurations between two calls of the watcher, and of what ends the search."""
 watcher: ContextVar[Callable[[Graph], None] | None] = ContextVar("watcher", default=None)
 """Is called with each graph while it is explored, such as to print how far it is."""
 _UNREACHED: Cost = 1 << 62, 0, 0, 0
@@ -57,8 +57,13 @@ class Graph:
     are the requirements that some edge, or the beginning, violates.
     """
 
-    def __init__(self, composition: Composition, budget: int) -> None:
-        """Explore with at most about `budget` steps of single machines."""
+    def __init__(
+        self,
+        composition: Composition,
+        budget: int,
+        until: Callable[[Composition], bool] = lambda composition: False,
+    ) -> None:
+        """Explore with at most about `budget` steps of single machines, and not on from `until`."""
         self.composition = composition
         first, initial = composition.start()
         self.initial_transitions = initial.transitions
@@ -74,7 +79,7 @@ class Graph:
         self._ticks = [0]
         try:
             with _reserve_memory():
-                self._explore(budget)
+                self._explore(budget, until)
         except (KeyboardInterrupt, MemoryError) as error:  # findings so far are printed
             self.broken_off = broken_off(error)
 
@@ -103,13 +108,16 @@ class Graph:
         """The time at which a configuration was found."""
         return self._ticks[number] * self.composition.tick_s
 
-    def _explore(self, budget: int) -> None:
+    def _explore(self, budget: int, until: Callable[[Composition], bool]) -> None:
         watch = watcher.get()
         while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
-            if watch and here % WATCHED_EVERY == 0:
-                watch(self)
+            if here % WATCHED_EVERY == 0:
+                if until(self.composition):
+                    return
+                if watch:
+                    watch(self)
             for successor, label in self.composition.successors(self.configurations[here]):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:

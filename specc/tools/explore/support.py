@@ -15,7 +15,7 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.cone import Cone, ConeEnding, ConeRow
 from specc.tools.explore.contracts import readers
-from specc.tools.explore.graph import Graph, watcher
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import residual
 from specc.tools.explore.trace import ExploredTrace
 from specc.tools.explore.verdicts import JudgedRequirement, RequirementSlice, is_monitorable
@@ -114,47 +114,20 @@ def _proof(
     subsystems |= {x.subsystem for each in contracts for x in each.readings}
     names = abstraction.with_influences(subsystems)
 
-    # The time that a contract leaves is counted in any case, and so that of the machines is.
-    for precision in (Precision(counts_time=True), Precision(counts_time=True, max_values=None)):
-        composition = Composition(
-            names, abstraction, precision, requirements=[requirement], contracts=contracts
-        )
-        try:
-            graph = _graph_of_proof(composition, budget)
-        except _HopelessError:
-            continue
-        if graph.broken_off:
-            raise MemoryError if graph.broken_off == "out of memory" else KeyboardInterrupt
-        if graph.is_complete and _proves(composition):
-            return graph
-        if not composition.widened:
-            break
-    return None
+    # The time that a contract leaves is counted, and the commands that it is about are followed.
+    precision = Precision(counts_time=True, max_values=None)
+    composition = Composition(
+        names, abstraction, precision, requirements=[requirement], contracts=contracts
+    )
+    graph = Graph(composition, budget, until=_is_refuted)
+    if graph.broken_off:
+        raise MemoryError if graph.broken_off == "out of memory" else KeyboardInterrupt
+    return graph if graph.is_complete and not _is_refuted(composition) else None
 
 
-class _HopelessError(Exception):
-    """A graph that will not prove a requirement any more."""
-
-
-def _graph_of_proof(composition: Composition, budget: int) -> Graph:
-    """The graph, given up as soon as it does not prove the requirement."""
-    outer = watcher.get()
-
-    def watch(graph: Graph) -> None:
-        if outer:
-            outer(graph)
-        if not _proves(composition):
-            raise _HopelessError
-
-    token = watcher.set(watch)
-    try:
-        return Graph(composition, budget)
-    finally:
-        watcher.reset(token)
-
-
-def _proves(composition: Composition) -> bool:
-    return composition.tracker is not None and composition.tracker.proves(0)
+def _is_refuted(composition: Composition) -> bool:
+    """Whether some trace, as far as they were explored, does not meet the only requirement."""
+    return composition.tracker is None or not composition.tracker.proves(0)
 
 
 # What contracts do not count for, and which ones are missing.
