@@ -92,14 +92,14 @@ class Edge(NamedTuple):
     ends_run: bool = False
 
 
-Step = tuple[
+EdgeLabel = tuple[
     tuple[tuple[int, Transition], ...],
     tuple[tuple[int, InputName], ...],
     tuple[int, ...],
     Permutation,
     bool,
 ]
-"""An edge without its target."""
+"""What an edge has besides its target, in the order of `Edge`."""
 
 
 _Delivery = tuple[int, tuple[tuple[int, InputName], ...]]
@@ -331,7 +331,7 @@ class Composition:
         there = Configuration(0, self._numbers_of(parts), tracker_state)
         return there, Edge(0, tuple(moves), (), violated)
 
-    def successors(self, here: Configuration) -> Iterator[tuple[Configuration, Step]]:
+    def successors(self, here: Configuration) -> Iterator[tuple[Configuration, EdgeLabel]]:
         """The steps from a configuration, none at the end of a run, each with where it leads."""
         phase = (here.phase + self._ticks_until_due[here.phase]) % self.hyperperiod
         due, tracker = self.due[phase], self.tracker

@@ -110,11 +110,11 @@ class Graph:
             out: list[Edge] = []
             if watch and here % WATCHED_EVERY == 0:
                 watch(self)
-            for successor, step in self.composition.successors(self.configurations[here]):
+            for successor, label in self.composition.successors(self.configurations[here]):
                 # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
-                edge = Edge(self._number_of(successor, here), *step)
+                edge = Edge(self._number_of(successor, here), *label)
                 self.steps += len(edge.transitions)
                 out.append(edge)
                 if edge.ends_run:
