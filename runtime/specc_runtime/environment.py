@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -82,7 +82,7 @@ def made_plant(system: System, options: Options) -> Any:
         from specc_runtime.hosting.python_plant import hosted
 
         return hosted(system, options.seed)
-    return _made(system, Path(options.base), options.renderer)
+    return _made(system, Path(options.base), options.renderer, options.ros_args)
 
 
 def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
@@ -96,7 +96,7 @@ def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
     return {binding.name: loaded for binding in spec.sensors}
 
 
-def _made(system: System, base: Path, renderer: RendererName) -> Any:
+def _made(system: System, base: Path, renderer: RendererName, ros_args: Sequence[str] = ()) -> Any:
     spec = system.plant
     assert spec is not None
     if spec.python:
@@ -104,7 +104,7 @@ def _made(system: System, base: Path, renderer: RendererName) -> Any:
     if spec.ros2 is not None:
         from specc_runtime.ros2.plant import ros2_plant
 
-        return ros2_plant(system)
+        return ros2_plant(system, ros_args)
     if not spec.model:
         names = [a.name for a in spec.actuators] + [s.name for s in spec.measured]
         raise UsageError(

@@ -63,6 +63,8 @@ def timed(options: Options, system: System) -> Options:
     A run that is operated by keys goes on as the clock does.
     """
     if system.plant is None or system.plant.ros2 is None:
+        if options.ros_args:
+            raise UsageError("--ros-args: the plant is not behind ROS 2, so there is no node")
         is_free = options.speed is None and not options.real_time
         return replace(options, speed=1.0) if options.keys and is_free else options
     for option, value in (("--speed", options.speed), ("--from", options.resume)):

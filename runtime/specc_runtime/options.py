@@ -65,6 +65,8 @@ class Options:
     """Constants and the texts of their values that the code was built with instead of its own."""
     spec: str = ""
     """The specification, as it was named; empty where only the package is known."""
+    ros_args: tuple[str, ...] = ()
+    """What the node of a plant behind ROS 2 gets: remappings, its namespace."""
     scenario: str | None = None
     """The scenario of which the run is one, for recordings."""
 
@@ -136,6 +138,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "simulated seconds in one of the clock, at most (default: as fast as it goes)"
     pace("--speed", metavar="X", type=_speed, help=words)
     add("--inline", action="store_true", help="no worker threads; the records are the same")
+    words = "the rest is for the node behind ROS 2: -r OLD:=NEW, -r __ns:=/left"
+    rest = argparse.REMAINDER
+    add("--ros-args", nargs=rest, default=(), help=words)
 
 
 def add_extent(parser: argparse.ArgumentParser) -> None:
@@ -162,6 +167,7 @@ def add_extent(parser: argparse.ArgumentParser) -> None:
 def chosen(found: argparse.Namespace, **others: Any) -> Options:
     """The options that a parser found, with `others` that it does not know."""
     names = {part.name for part in fields(Options)}
+    found.ros_args = tuple(found.ros_args)
     return Options(
         **{name: value for name, value in vars(found).items() if name in names}, **others
     )

@@ -142,8 +142,8 @@ def main() -> None:
     parser.add_argument("--jump", type=int, default=10**6)
     parser.add_argument("--behind", type=float, default=0.0)
     parser.add_argument("--thinks", type=float, default=0.0)
-    options = parser.parse_args()
-    rclpy.init()
+    options, of_ros = parser.parse_known_args()
+    rclpy.init(args=of_ros)
     arm = Arm(options)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
         executor = MultiThreadedExecutor(num_threads=4)

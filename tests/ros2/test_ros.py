@@ -152,6 +152,34 @@ def test_names_are_resolved_in_the_namespace_of_the_node(arm: Start, spec: Spec)
 SLOW_AND_FAST = ["arm=q1,q2,q3@50", "gripper=f4,lamp5@4"]
 
 
+def test_two_robots_of_one_specification_have_namespaces(arm: Start, spec: Spec) -> None:
+    names = ("joint_states", "position_controller/commands", "ft_sensor/wrench")
+    path, runs = spec(("topic: /", "topic: ")), []
+    for side in ("left", "right"):
+        arm("--ros-args", *(f for n in names for f in ("-r", f"/{n}:=/{side}/{n}")))
+        command = [sys.executable, "-m", "specc", "run", str(path), "--cycles", "1", "--ros-args"]
+        runs.append(subprocess.Popen([*command, "-r", f"__ns:=/{side}"]))
+    assert [run.wait(timeout=60) for run in runs] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("-r", "nothing"), "--ros-args -r nothing: "),
+        (("--duration", "1"), "--ros-args --duration 1: "),
+        (("-p", "use_sim_time:=true"), "`use_sim_time` is said in the specification"),
+        (("-r", "/ft_sensor/wrench:=/lost"), "nobody publishes /lost (irp.R.s.F)"),
+    ],
+)
+def test_what_ros_cannot_use_is_named(
+    arm: Start, spec: Spec, given: tuple[str, ...], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm()
+    path = spec(("wait: 5 s", f"wait: {SHORT}"))
+    assert main(["run", str(path), "--duration", "1", "--ros-args", *given]) == 2
+    assert said in "".join(capfd.readouterr())
+
+
 def test_joints_of_several_publishers_are_one_element(arm: Start, spec: Spec) -> None:
     arm("joints", *SLOW_AND_FAST, program="nodes.py")
     assert main(["run", str(spec(name="joined")), "--cycles", "1"]) == 0

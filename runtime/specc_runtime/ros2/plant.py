@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -139,8 +139,10 @@ class Ros2Plant(HostedPlant):
         self._host.channel.send("send", "", name, message, 0)
 
 
-def ros2_plant(system: System) -> HostedPlant:
+def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     """The plant of a system with `ros2`: its node runs, and each topic has had a first message.
+
+    The node gets `ros_args`, as those of `ros2 run` behind `--ros-args`.
 
     Raises UsageError for a Python that cannot be started; PlantError for topics that are not there
     or not as declared.
@@ -157,7 +159,7 @@ def ros2_plant(system: System) -> HostedPlant:
     )
     ros2 = replace(spec.ros2, topics=topics)
     gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
-    config = ros2.config
+    config = ros2.config | {"ros_args": [*ros_args]}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
     besides = (CLOCK,) if ros2.use_sim_time else ()

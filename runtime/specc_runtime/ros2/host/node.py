@@ -43,7 +43,8 @@ _MOST_AT_ONCE = 64
 class NodeDevices:
     """What the device host asks: open, poll, send, close, with plain data only.
 
-    The configuration has `node`, its name; `namespace`; `use_sim_time`; `wait_s`; and `topics`,
+    The configuration has `node`, its name; `namespace`; `ros_args`, which may replace both and the
+    names of topics; `use_sim_time`; `wait_s`; and `topics`,
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
     `joints`: a message that has none of them is somebody else's. Messages may have some of the
     joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
@@ -160,10 +161,25 @@ class NodeDevices:
         return all(action.is_settled for action in self._actions.values())
 
     def _begin(self, config: dict[str, Any]) -> Node:
-        # The host has its own ways to end.
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        given = config.get("ros_args", [])
+        try:
+            # The host has its own ways to end.
+            rclpy.init(
+                args=["--ros-args", *given] if given else [],
+                context=self._context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+            node = self._node = _node(config, self._context)
+        except Exception as error:
+            if given:
+                raise DeviceError(f"--ros-args {' '.join(given)}: {error}") from error
+            raise
         self._is_simulated = bool(config.get("use_sim_time"))
-        node = self._node = _node(config, self._context)
+        if node.get_parameter("use_sim_time").value != self._is_simulated:
+            raise DeviceError(
+                "--ros-args: `use_sim_time` is said in the specification: "
+                "`ros2: {use_sim_time: true}`"
+            )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
         return node
