@@ -60,3 +60,41 @@ agents:
       initial_state: s
       transitions: [[s, terminal, always, s]]
 """
+
+
+NUMBERS = """\
+specc: 1.2
+system: cuts
+agents:
+  a:
+    real_receptors: {{eye: {{y: {{go: real}}}}}}
+    virtual_receptors: {{eye: {{rate: 10 Hz, through: identity}}}}
+    control:
+      rate: 10 Hz
+      x: {{eye: {{go: {{type: real, init: 0}}}}}}
+      memory: {{{memory}}}
+      let: {{{lets}}}
+      conditions: {{terminal: {{t: {test}}}}}
+      functions: {{f: {{{assigned}}}}}
+      behaviours: {{b: {{functions: [f], terminal: t}}}}
+      states: {{s: b}}
+      initial_state: s
+      transitions: [[s, terminal, always, s]]
+"""
+
+
+@pytest.mark.parametrize("kind", ["delay line", "nested sizes"])
+def test_cuts_of_numbers_are_found_in_bounded_time(kind: str, tmp_path: Path) -> None:
+    """A cut moves back through 600 assignments; 40 sizes within one another would make 2^40."""
+    if kind == "delay line":
+        memory = [f"n{i}: {{type: real, init: 0}}" for i in range(600)]
+        assigned = ["n0: x.eye.go", *(f"n{i}: n{i - 1}" for i in range(1, 600))]
+        parts = {"memory": memory, "assigned": assigned, "lets": ["l: 1"], "test": ["n599 > 3"]}
+    else:
+        lets = ["l0: abs(n - 1)", *(f"l{i}: abs(l{i - 1} - {i + 1})" for i in range(1, 40))]
+        memory, assigned = ["n: {type: real, init: 0}"], ["n: x.eye.go"]
+        parts = {"memory": memory, "assigned": assigned, "lets": lets, "test": ["l39 > 3"]}
+    text = NUMBERS.format(**{name: ", ".join(each) for name, each in parts.items()})
+    path = tmp_path / "numbers.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert main(["explore", str(path), "--budget", "100"]) == 0

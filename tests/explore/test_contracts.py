@@ -410,3 +410,36 @@ def test_one_that_nobody_can_keep_does_not_hide_another(tmp_path: Path) -> None:
     text = moves(contract=MOVES["contract"] + '"\n          j: "' + never)
     _, found = judged(text, tmp_path)
     assert found.given == ("d.k",)
+
+
+NEIGHBOUR = """\
+  rig{n}:
+    real_effectors:
+      d:
+        x: {{u: {{type: real, safe: 0}}}}
+        y: {{m: {{type: real, init: 0}}}}
+        through: 10 Hz
+        contracts: {{k: "always(stays(y.E.d.u, 0.3[s]) implies x.E.d.m > 0.6)"}}
+    control:
+      rate: 10 Hz
+      conditions: {{terminal: {{there: x.d.m > 0.5}}}}
+      functions: {{go: {{y.d.u: 1}}, stop: {{y.d.u: 2}}, back: {{y.d.u: 3}}}}
+      behaviours:
+        move: {{functions: [go], terminal: there}}
+        stop: {{functions: [stop], terminal: there}}
+        back: {{functions: [back], terminal: there}}
+      states: {{M: move, R: stop, B: back}}
+      initial_state: M
+      transitions: [[M, terminal, always, R], [R, terminal, always, B], [B, terminal, always, M]]
+"""
+
+
+def test_contracts_of_agents_that_influence_nothing_do_not_matter(tmp_path: Path) -> None:
+    agents = "".join(NEIGHBOUR.format(n=n) for n in range(3))
+    bind = ", ".join(f"rig{n}.E.d.{x}: {{}}" for n in range(3) for x in "um")
+    that = "always(state(rig0.c) == R and stays(rig0.E.d.u, 0.6[s]) implies rig0.E.d.m > 0.5)"
+    text = f"specc: 1.3\nsystem: company\nagents:\n{agents}"
+    text += f'plant: {{python: "nobody:Plant", bind: {{{bind}}}}}\n'
+    text += f"require: [{{that: {that!r}, because: of the test}}]\n"
+    _, verdict = judged(text, tmp_path)
+    assert verdict.given == ("rig0.E.d.k",)

@@ -271,23 +271,26 @@ class Abstraction:
 
     def _track_dependences(self, name: str, exprs: Iterable[m.Expr]) -> None:
         """Track the transitive dependences of some expressions of a subsystem."""
-        machine = self.machines[name]
-        rests = machine.dependences.all(exprs)
-        for item in rests.memory - machine.memory:
-            machine.memory.add(item)
-            written = machine.subsystem.assigned_values.get(("", item), {})
-            begin = next(i.init for i in machine.subsystem.memory if i.name == item)
-            self._track_dependences(name, [begin, *(e for each in written.values() for e in each)])
-        for key in rests.inputs - machine.inputs:
-            sent = self.sender_of(name, key)
-            event = machine.subsystem.inputs[key].event
-            if sent is None or ((name, key) in self.noise and not event):
-                continue
-            machine.inputs.add(key)
-            sender, output = sent
-            self.machines[sender].outputs.add(output)
-            written = self.machines[sender].subsystem.assigned_values.get(output, {})
-            self._track_dependences(sender, [e for each in written.values() for e in each])
+        waiting = [(name, [*exprs])]
+        while waiting:
+            name, here = waiting.pop()
+            machine = self.machines[name]
+            rests = machine.dependences.all(here)
+            for item in rests.memory - machine.memory:
+                machine.memory.add(item)
+                written = machine.subsystem.assigned_values.get(("", item), {})
+                begin = next(i.init for i in machine.subsystem.memory if i.name == item)
+                waiting.append((name, [begin, *(e for each in written.values() for e in each)]))
+            for key in rests.inputs - machine.inputs:
+                sent = self.sender_of(name, key)
+                event = machine.subsystem.inputs[key].event
+                if sent is None or ((name, key) in self.noise and not event):
+                    continue
+                machine.inputs.add(key)
+                sender, output = sent
+                self.machines[sender].outputs.add(output)
+                written = self.machines[sender].subsystem.assigned_values.get(output, {})
+                waiting.append((sender, [e for each in written.values() for e in each]))
 
     def is_steady(self, reader: str, key: InputName) -> bool:
         """Whether an untracked input is fresh in every period after the first."""

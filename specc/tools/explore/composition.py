@@ -190,7 +190,8 @@ class Composition:
             for cone, machine in [(abstraction.cone(name), abstraction.machines[name])]
         )
         self.copies = copies_in(names, abstraction) if symmetric and len(names) > 1 else []
-        readings = [reading for each in (*requirements, *probes) for reading in each.readings]
+        formulas = (*requirements, *probes, *contracts)
+        readings = [reading for each in formulas for reading in each.readings]
         copied = {names[i] for each in self.copies for machines in each.machines for i in machines}
         # What is sent may be sent to a copy.
         if any(x.kind == "sent" or x.subsystem in copied for x in readings):

@@ -11,6 +11,7 @@ Expressions here are those of all machines together: each leaf is the memory or 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -136,10 +137,16 @@ class NumberCuts:
         cycles = components([*assigned], edges)
         self._cycle_of = {target: n for n, cycle in enumerate(cycles) for target in cycle.states}
         self.by_target: dict[NumberTarget, set[Cut]] = {}
+        self._waiting = deque[tuple[NumberTarget, Cut]]()
+        """Cuts that were not moved yet to what their targets are computed from."""
         nodes = (node for condition in conditions for node in m.walk(condition))
         compared = [node for node in nodes if isinstance(node, m.Compare)]
         for each in compared:
             self._cut(each)
+        while self._waiting:
+            target, cut = self._waiting.popleft()
+            for value in assigned.get(target, ()):
+                self._carry(value, {cut}, target)
         relative = reachable(_compared_with_varying(compared), lambda t: self._flow.get(t, ()))
         self.counting = frozenset(
             target
@@ -171,46 +178,48 @@ class NumberCuts:
             (compare.right, compare.left, m.MIRRORED[compare.op]),
         ):
             if isinstance(other, m.Number):
-                if op not in (">", "<="):
-                    self._carry(side, Cut(other.value, is_above=False))
-                if op not in (">=", "<"):
-                    self._carry(side, Cut(other.value, is_above=True))
+                above = {"<": [False], ">=": [False], ">": [True], "<=": [True]}
+                sides = above.get(op, [False, True])
+                self._carry(side, {Cut(other.value, is_above=each) for each in sides})
 
-    def _carry(self, expr: m.Expr, cut: Cut, given_to: NumberTarget = "") -> None:
-        """Cut the numbers in an expression so that they tell on which side of a cut it lies.
+    def _carry(self, expr: m.Expr, cuts: set[Cut], given_to: NumberTarget = "") -> None:
+        """Cut the numbers in an expression so that they tell between which cuts it lies.
 
         `given_to` is the target that gets it. On a cycle that computes cuts are not moved, since
         they would be moved for ever.
         """
         match expr:
             case m.MemoryRef(name=target) if is_number(expr):
-                self._add(target, cut)
+                self._add(target, cuts)
             case m.Choice(then=then, otherwise=otherwise):
-                self._carry(then, cut, given_to)
-                self._carry(otherwise, cut, given_to)
+                self._carry(then, cuts, given_to)
+                self._carry(otherwise, cuts, given_to)
             case m.Builtin(name=name, args=args):
                 function = FUNCTIONS[name]
-                cuts = [cut] if function.chooses else [cut, -cut] if function.is_size else []
-                cuts += (
-                    Cut(n, is_above=above) for n in function.turns_at for above in (False, True)
-                )
-                for argument in args:
-                    for each in cuts:
-                        self._carry(argument, each, given_to)
+                inside = {Cut(n, is_above=a) for n in function.turns_at for a in (False, True)}
+                if function.chooses or function.is_size:
+                    inside |= cuts
+                if function.is_size:
+                    inside |= {-cut for cut in cuts}
+                if len(inside) > MOST_CUTS:
+                    inside = set(sorted(inside)[:MOST_CUTS])
+                for argument in args if inside else ():
+                    self._carry(argument, inside, given_to)
             case m.Unary(op="-", operand=operand):
-                self._carry(operand, -cut, given_to)
+                self._carry(operand, {-cut for cut in cuts}, given_to)
             case m.Binary():
                 cycle = self._cycle_of.get(given_to, -1)
                 if all(self._cycle_of.get(source) != cycle for source in _names(expr)):
-                    for operand, moved in _moved(expr, cut):
-                        self._carry(operand, moved, given_to)
+                    moved = [pair for cut in cuts for pair in _moved(expr, cut)]
+                    if moved:
+                        operand, _ = moved[0]
+                        self._carry(operand, {each for _, each in moved}, given_to)
 
-    def _add(self, target: NumberTarget, cut: Cut) -> None:
-        cuts = self.by_target.setdefault(target, set())
-        if cut not in cuts and len(cuts) < MOST_CUTS:
-            cuts.add(cut)
-            for value in self._assigned.get(target, ()):
-                self._carry(value, cut, target)
+    def _add(self, target: NumberTarget, cuts: set[Cut]) -> None:
+        known = self.by_target.setdefault(target, set())
+        for cut in sorted(cuts - known)[: MOST_CUTS - len(known)]:
+            known.add(cut)
+            self._waiting.append((target, cut))
 
 
 def _moved(expr: m.Binary, cut: Cut) -> Iterator[tuple[m.Expr, Cut]]:

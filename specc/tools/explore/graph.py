@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 from specc.tools.explore.composition import Composition, Configuration, Edge
 from specc.tools.explore.regions import Region
 from specc.tools.explore.symmetry import Permutation, composed
-from specc.tools.explore.transitions import FAILED
+from specc.tools.explore.transitions import FAILED, MachineState
 
 PathEdge = tuple[int, Edge]
 """An edge, and the configuration from which it leads."""
@@ -155,7 +155,9 @@ class Graph:
         """
         index, name = counter
         walker = self.composition.walkers[index]
-        state = self.composition.machine_states(self.configurations[number])[index]
+        part = self.configurations[number].parts[index]
+        local = self.composition.machine_configurations(index)[part].state
+        state: MachineState = walker.states.by_number[local]
         value = walker.values.value(state.memory[walker.memory_slots[name]])
         return value if isinstance(value, Region) and not self.composition.copies else None
 

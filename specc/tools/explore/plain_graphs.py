@@ -71,7 +71,9 @@ class SliceGraphs:
         return next(filter(None, found), None)
 
     def _proof_on(self, graph: Graph, formulas: TickFormulas) -> RequirementVerdict | None:
-        truths = _truths(graph, formulas.each, self._abstraction) if graph.is_complete else None
+        if not graph.is_complete or graph.may_fail:  # a step that fails ends a stay, too
+            return None
+        truths = _truths(graph, formulas.each, self._abstraction)
         if truths is None:
             return None
         judged = JudgedGraph(graph, formulas, truths)

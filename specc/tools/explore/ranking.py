@@ -10,7 +10,7 @@ since it has no cycle: together the counters are a lexicographic ranking functio
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from math import floor, ulp
+from math import floor, inf, ulp
 from typing import TypeVar
 
 from specc.analysis.graph import components
@@ -30,6 +30,8 @@ Moves = Sequence[tuple[int, Transition]]
 """The transitions on an edge, each with its machine."""
 Edges = Sequence[tuple[Node, Moves]]
 """The nodes that follow a node, each with what leads there."""
+MOST_NESTED = 12
+"""The most counters that end cycles, each within those of another one."""
 MOST_ROUNDS = 1_000_000
 """The most steps of one counter in a bound; with more, what floats round would add up."""
 
@@ -81,13 +83,14 @@ def longest_stays(
         return [target for target, _ in after[node]]
 
     reachable(nodes, targets)
-    return _stays(after, ticks, region)
+    return _stays(after, ticks, region, MOST_NESTED)
 
 
 def _stays(
     after: Mapping[Node, Edges[Node]],
     ticks: Callable[[Node], int],
     region: Callable[[Node, Counter], Region | None] | None,
+    most_nested: int,
 ) -> dict[Node, int]:
     """The longest stays in the nodes of a graph from which runs leave each cycle."""
     stays = _stays_without_cycles(after, ticks)
@@ -102,7 +105,9 @@ def _stays(
             for node in part.states
         }
         leaving = {target for node in inside for target, _ in after[node]} - inside.keys()
-        stay = _stay_within(inside, ticks, region) if leaving <= stays.keys() else None
+        stay = None
+        if leaving <= stays.keys():
+            stay = _stay_within(inside, ticks, region, most_nested)
         if stay is not None:
             longest = stay + max((stays[target] for target in leaving), default=0)
             stays |= dict.fromkeys(inside, longest)
@@ -132,6 +137,7 @@ def _stay_within(
     after: Mapping[Node, Edges[Node]],
     ticks: Callable[[Node], int],
     region: Callable[[Node, Counter], Region | None],
+    most_nested: int,
 ) -> int | None:
     """For how many ticks a run stays in strongly connected nodes; None if it may stay for ever."""
     moves_there = [moves for out in after.values() for _, moves in out]
@@ -140,19 +146,21 @@ def _stay_within(
     counters = {(i, name) for moves in moves_there for i, move in moves for name, _ in move.counts}
     bounds = []
     for counter in counters:
-        regions = [region(node, counter) for node in after]
         changes = [_change_of(counter, moves) for moves in moves_there]
-        rounds = _most_rounds(regions, [each for each in changes if each is not None])
+        rounds = _most_rounds(
+            (region(node, counter) for node in after),
+            [each for each in changes if each is not None],
+        )
         if rounds is not None:
             bounds.append((rounds, counter))
-    if not bounds:
+    if not bounds or not most_nested:
         return None
     rounds, counter = min(bounds)  # any other one still bounds what is left
     rest = {
         node: [(target, moves) for target, moves in out if not _change_of(counter, moves)]
         for node, out in after.items()
     }
-    stays = _stays(rest, ticks, region)
+    stays = _stays(rest, ticks, region, most_nested - 1)
     return (rounds + 1) * max(stays.values()) if len(stays) == len(after) else None
 
 
@@ -162,15 +170,18 @@ def _change_of(counter: Counter, moves: Moves) -> float | None:
     return next((dict(move.counts).get(name) for i, move in moves if i == index), None)
 
 
-def _most_rounds(regions: Sequence[Region | None], changes: Sequence[float]) -> int | None:
+def _most_rounds(regions: Iterable[Region | None], changes: Sequence[float]) -> int | None:
     """How often a number changes that never leaves its regions; None if nothing bounds that.
 
     Each change is by at least some amount; with changes up and down, or any, nothing does.
     """
-    known = [region for region in regions if region is not None]
-    if len(known) < len(regions) or not (min(changes) > 0 or max(changes) < 0):
+    if not (min(changes) > 0 or max(changes) < 0):
         return None
-    low, high = min(each.low for each in known), max(each.high for each in known)
+    low, high = inf, -inf
+    for region in regions:
+        if region is None:
+            return None
+        low, high = min(low, region.low), max(high, region.high)
     least = min(map(abs, changes))
     rounds = (high - low) / least
     if rounds >= MOST_ROUNDS:

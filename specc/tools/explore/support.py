@@ -32,7 +32,7 @@ def with_contracts(
     verdict, facts = judgement.verdict, subject.abstraction.facts
     if verdict.verdict in ("proved", "violated"):
         return judgement
-    contracts, refusal = [each for each in facts.system.contracts if is_monitorable(each)], ""
+    contracts, refusal = [*_contracts_about(subject)], ""
     waits = list[tuple[m.Expr, str]]()
     if verdict.verdict == "open" and verdict.finding:
         waits = [*_waits(verdict.finding.trace)]
@@ -62,6 +62,19 @@ def with_contracts(
         contracts = [each for each in contracts if each not in used]
     missing = _missing_contracts(waits, subject.abstraction)
     return replace(judgement, verdict=replace(verdict, refusal=refusal, missing=missing))
+
+
+def _contracts_about(subject: RequirementSlice) -> Iterator[Requirement]:
+    """The contracts about what the requirement reads, or what machines read that influence it."""
+    read = {(x.subsystem, x.element) for x in subject.requirement.readings}
+    for contract in subject.abstraction.facts.system.contracts:
+        measured = [x for x in contract.readings if x.kind == "reported"]
+        found = (reader for x in measured for reader, *_ in readers(x, subject.abstraction))
+        if is_monitorable(contract) and (
+            any((x.subsystem, x.element) in read for x in measured)
+            or any(reader in subject.names for reader in found)
+        ):
+            yield contract
 
 
 def _smallest_proof(

@@ -30,8 +30,9 @@ class Transition(NamedTuple):
 
     `row` is an index, -1 for none. `choices` are the conditions that could have been false;
     `lost` are fresh inputs that were not read, or the member of an event without a reaction;
-    `broken` are assumptions that failed. `counts` are numbers in memory that get a new value in the
-    same region, each with the least amount by which it surely grows, or shrinks; 0 for neither.
+    `broken` are assumptions that failed. `counts` are numbers in memory that are assigned, and of
+    which only a region is known before or after, each with the least amount by which it surely
+    grows, or shrinks; 0 for neither.
     """
 
     source: str

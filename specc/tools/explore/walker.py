@@ -354,13 +354,15 @@ class Walker:
         changed: Mapping[str, m.Expr],
         known: KnownValues,
     ) -> Iterator[tuple[str, float]]:
-        """The numbers that get a new value in the same region (`Transition.counts`)."""
-        for name, value in changed.items():
+        """How numbers change of which only regions are known (`Transition.counts`)."""
+        for name, value in changed.items() if before else ():
             slot = self.memory_slots[name]
             region = self.values.value(after[slot])
-            if isinstance(region, Region) and before and before[slot] == after[slot]:
+            if isinstance(region, Region):
                 low, high = change(value, name, known, region)
                 yield name, float(low if low > 0 else min(high, 0))
+            elif isinstance(self.values.value(before[slot]), Region):
+                yield name, 0.0
 
     def known_at_entry(self, row: int, known: KnownValues) -> KnownValues:
         """The known values with which the functions of a state that a row enters begin."""
