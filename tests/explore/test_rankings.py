@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import product
+from math import inf
 from pathlib import Path
+from random import Random
+from typing import Any
 
 import pytest
 
 from specc.pipeline import compile_spec
 from specc.tools.explore.explorer import explore
+from specc.tools.explore.ranking import Moves, longest_stays
+from specc.tools.explore.regions import Region
+from specc.tools.explore.transitions import Transition
+from tests.seeds import Seeds, blocks
 
 SYSTEM = """\
 specc: 1.1
@@ -94,3 +102,73 @@ def test_a_counter_ends_a_stay_on_a_graph_of_its_own(tmp_path: Path) -> None:
     path.write_text(text)
     judged = explore(compile_spec(str(path)).proofs, 20_000).requirements
     assert [each.verdict for each in judged] == ["proved", "proved"]
+
+
+N, MOST = 2, 3
+"""Counters, and the greatest value of each."""
+State = tuple[int, tuple[int, ...]]
+
+
+def random_graph(rng: Random) -> dict[int, list[tuple[int, tuple[int | None, ...]]]]:
+    """Nodes with edges to others, each with what it adds to counters; None sets to any value."""
+    nodes = range(rng.randrange(2, 6))
+    return {
+        node: [
+            (rng.choice(nodes), tuple(rng.choice((0, 0, 0, 1, 1, 2, -1, None)) for _ in range(N)))
+            for _ in range(rng.randrange(3))
+        ]
+        for node in nodes
+    }
+
+
+def longest(
+    graph: dict[int, list[tuple[int, tuple[int | None, ...]]]], ticks: dict[int, int], start: State
+) -> float:
+    """The longest run from a state, by following all of them."""
+    known: dict[State, float] = {}
+
+    def follow(state: State) -> float:
+        if state not in known:
+            known[state] = inf  # what leads back to it has no end
+            node, values = state
+            after = [
+                follow((target, reached))
+                for target, added in graph[node]
+                for reached in product(
+                    *(
+                        range(MOST + 1) if add is None else [value + add]
+                        for value, add in zip(values, added, strict=True)
+                    )
+                )
+                if all(0 <= value <= MOST for value in reached)
+            ]
+            known[state] = ticks[node] + max(after, default=0)
+        return known[state]
+
+    return follow(start)
+
+
+@pytest.mark.parametrize("seeds", blocks(range(60), long=1000, each=500))
+def test_no_run_stays_longer_than_is_said(seeds: Seeds) -> None:
+    bounded = 0
+    for seed in seeds:
+        rng = Random(seed)
+        graph = random_graph(rng)
+        ticks = {node: rng.randrange(1, 4) for node in graph}
+
+        def following(node: int, graph: Any = graph) -> list[tuple[int, Moves]]:
+            """A change to any value counts as 0, and one by 0 is none."""
+            return [
+                (target, ((0, Transition("", "", -1, (), counts=counts)),))
+                for target, added in graph[node]
+                for counts in [
+                    tuple((f"c{i}", float(add or 0)) for i, add in enumerate(added) if add != 0)
+                ]
+            ]
+
+        stays = longest_stays(graph, following, ticks.__getitem__, lambda *_: Region(0, MOST))
+        bounded += len(stays)
+        for node, stay in stays.items():
+            values = product(range(MOST + 1), repeat=N)
+            assert max(longest(graph, ticks, (node, each)) for each in values) <= stay, seed
+    assert bounded > len(list(seeds))

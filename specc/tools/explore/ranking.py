@@ -9,9 +9,9 @@ since it has no cycle: together the counters are a lexicographic ranking functio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from math import floor, inf, ulp
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from specc.analysis.graph import components
 from specc.lang.builtins import FUNCTIONS
@@ -92,26 +92,40 @@ def _stays(
     region: Callable[[Node, Counter], Region | None] | None,
     most_nested: int,
 ) -> dict[Node, int]:
-    """The longest stays in the nodes of a graph from which runs leave each cycle."""
+    """The longest stays in the nodes of a graph from which runs leave each cycle.
+
+    A run takes a round in a part with each change of its counter, so the changes of a counter that
+    nothing in the graph sets back are shared by all parts that it ends.
+    """
     stays = _stays_without_cycles(after, ticks)
-    rest = [node for node in after if node not in stays]
+    rest = {node: out for node, out in after.items() if node not in stays}
     if region is None or not rest:
         return stays
-    pairs = ((node, target) for node in rest for target, _ in after[node])
-    for part in reversed(components(rest, pairs)):  # each after those that it leads to
+    inner = {node: [edge for edge in out if edge[0] in rest] for node, out in rest.items()}
+    shared = dict(_rounds(inner, region))
+    longest_round = dict.fromkeys(shared, 0)
+    alone, passing = dict(stays), dict(stays)
+    pairs = ((node, target) for node, out in inner.items() for target, _ in out)
+    for part in reversed(components([*rest], pairs)):  # each after those that it leads to
+        members = {*part.states}
         inside = {
-            node: [(target, moves) for target, moves in after[node] if target in members]
-            for members in [{*part.states}]
-            for node in part.states
+            node: [edge for edge in inner[node] if edge[0] in members] for node in part.states
         }
-        leaving = {target for node in inside for target, _ in after[node]} - inside.keys()
+        leaving = {target for node in inside for target, _ in after[node]} - members
         stay = None
-        if leaving <= stays.keys():
-            stay = _stay_within(inside, ticks, region, most_nested)
+        if leaving <= alone.keys():
+            stay = _stay_within(inside, ticks, region, shared, most_nested)
         if stay is not None:
-            longest = stay + max((stays[target] for target in leaving), default=0)
-            stays |= dict.fromkeys(inside, longest)
-    return stays
+            whole = once = (stay.rounds + 1) * stay.round_ticks
+            if stay.counter in shared:
+                once = stay.round_ticks
+                longest_round[stay.counter] = max(once, longest_round[stay.counter])
+            whole += max((alone[target] for target in leaving), default=0)
+            once += max((passing[target] for target in leaving), default=0)
+            alone |= dict.fromkeys(inside, whole)
+            passing |= dict.fromkeys(inside, once)
+    rounds = sum(shared[counter] * longest for counter, longest in longest_round.items())
+    return {node: min(alone[node], passing[node] + rounds) for node in alone}
 
 
 def _stays_without_cycles(
@@ -133,35 +147,52 @@ def _stays_without_cycles(
     return stays
 
 
+class _Stay(NamedTuple):
+    """How long a run stays in a part of a graph: rounds that a counter ends, and ticks of one."""
+
+    counter: Counter | None
+    rounds: int
+    round_ticks: int
+
+
 def _stay_within(
     after: Mapping[Node, Edges[Node]],
     ticks: Callable[[Node], int],
     region: Callable[[Node, Counter], Region | None],
+    preferred: Collection[Counter],
     most_nested: int,
-) -> int | None:
-    """For how many ticks a run stays in strongly connected nodes; None if it may stay for ever."""
-    moves_there = [moves for out in after.values() for _, moves in out]
-    if not moves_there:
-        return sum(map(ticks, after))
-    counters = {(i, name) for moves in moves_there for i, move in moves for name, _ in move.counts}
-    bounds = []
-    for counter in counters:
-        changes = [_change_of(counter, moves) for moves in moves_there]
-        rounds = _most_rounds(
-            (region(node, counter) for node in after),
-            [each for each in changes if each is not None],
-        )
-        if rounds is not None:
-            bounds.append((rounds, counter))
+) -> _Stay | None:
+    """How long a run stays in strongly connected nodes; None if it may stay for ever."""
+    if not any(after.values()):
+        return _Stay(None, 0, sum(map(ticks, after)))
+    bounds = _rounds(after, region)
     if not bounds or not most_nested:
         return None
-    rounds, counter = min(bounds)  # any other one still bounds what is left
+    # Any other one still bounds what is left.
+    counter, rounds = min(bounds, key=lambda each: (each[0] not in preferred, each[1], each[0]))
     rest = {
         node: [(target, moves) for target, moves in out if not _change_of(counter, moves)]
         for node, out in after.items()
     }
     stays = _stays(rest, ticks, region, most_nested - 1)
-    return (rounds + 1) * max(stays.values()) if len(stays) == len(after) else None
+    return _Stay(counter, rounds, max(stays.values())) if len(stays) == len(after) else None
+
+
+def _rounds(
+    after: Mapping[Node, Edges[Node]], region: Callable[[Node, Counter], Region | None]
+) -> list[tuple[Counter, int]]:
+    """The counters that only grow, or only shrink, in a graph, and how often they do."""
+    every = [moves for out in after.values() for _, moves in out]
+    found = []
+    for counter in {(i, name) for moves in every for i, move in moves for name, _ in move.counts}:
+        changes = [_change_of(counter, moves) for moves in every]
+        rounds = _most_rounds(
+            (region(node, counter) for node in after),
+            [each for each in changes if each is not None],
+        )
+        if rounds is not None:
+            found.append((counter, rounds))
+    return found
 
 
 def _change_of(counter: Counter, moves: Moves) -> float | None:
