@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from pathlib import PurePath
+from typing import Any
 
 from specc.analysis.dataflow import Ages
 from specc.analysis.plant import BoundElement, bindable, bound_elements
@@ -61,7 +63,17 @@ from specc.model.system import (
     System,
 )
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
-from specc.model.types import Enum, Pose, Real, Record, Type, Vector
+from specc.model.types import (
+    Enum,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Type,
+    Vector,
+)
 from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 
@@ -104,6 +116,7 @@ def _published(each: Published, system: System, ros2: Ros2, imports: Imports) ->
 def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     """The call that makes a topic; empty for a binding that has none."""
     binding, type_ = bound.binding, bound.element.type
+    numbers = type_.value if isinstance(type_, OptionalOf) else type_
     part = part_of(binding, type_, commanded=bound.is_commanded)
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
@@ -118,7 +131,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         "between": tuple(name for _, name in frames) if binding.tf else (),
         "qos": binding.qos,
         "part": binding.part,
-        "is_number": part.shape == "joints" and isinstance(type_, Real),
+        "is_number": part.shape == "joints" and isinstance(numbers, Real),
     }
     first = (
         f"{binding.device}.{binding.element}",
@@ -263,7 +276,8 @@ def _plant(
     if system.plant is None and not system.devices:
         return None
     imports.runtime_name("PlantSpec")
-    contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
+    annotations = Annotations(imports, types)
+    contracts = Contracts(imports, annotations, names.new, stand_ins=stand_ins)
     plant, made = system.plant, ""
     if plant and not plant.ros2 and not plant.is_panel:
         made = (
@@ -271,7 +285,9 @@ def _plant(
         )
     functions = Functions(imports, names)
     return {
-        **_bindings_by_kind(system, imports, functions, contracts, stand_ins=stand_ins),
+        **_bindings_by_kind(
+            system, imports, functions, contracts, annotations, stand_ins=stand_ins
+        ),
         "contracts": contracts.plans,
         "made": made,
         "ros2": tuple(ros2_arguments(system, imports)),
@@ -286,6 +302,7 @@ def _bindings_by_kind(
     imports: Imports,
     functions: Functions,
     contracts: Contracts,
+    annotations: Annotations,
     *,
     stand_ins: bool,
 ) -> dict[str, list[str]]:
@@ -300,6 +317,9 @@ def _bindings_by_kind(
                 *_contract_arguments(binding, element.type, contracts),
                 *(() if stand_ins else _panel_argument(binding, element, imports)),
             )
+            if binding.initial is not None:
+                value = _value(element.type, binding.initial.value, imports, annotations)
+                arguments = (*arguments, f"initial=({value},)")
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
@@ -374,6 +394,32 @@ def _panel_argument(binding: Binding, element: Element, imports: Imports) -> Ite
         *keyword_arguments(options),
     )
     yield f"panel={call(imports.runtime_name('PanelElement'), arguments)}"
+
+
+def _value(type_: Type, value: Any, imports: Imports, annotations: Annotations) -> str:
+    """Python for a value, as `specc.lang.evaluate` has it; a contract looks at it afterwards."""
+
+    def of(part: Type, item: Any) -> str:
+        return _value(part, item, imports, annotations)
+
+    if value is None:
+        return "None"
+    if type_.is_array or isinstance(type_, Pose):
+        numbers = chain.from_iterable(value) if isinstance(type_, Pose) else value
+        vector = call(imports.runtime_name("vector"), (number(n, Real()).text for n in numbers))
+        return f"{vector}.reshape(4, 4)" if isinstance(type_, Pose) else vector
+    match type_:
+        case OptionalOf() | PartialOf():
+            return of(type_.value, value)
+        case Vector() | ListOf():
+            items = [of(type_.element, item) for item in value]
+            return f"({''.join(f'{item}, ' for item in items)})"
+        case Record():
+            fields = (f"{name}={of(part, getattr(value, name))}" for name, part in type_.fields)
+            return call(annotations.of(type_), fields)
+        case Real():
+            return number(value, type_).text
+    return literal(value)
 
 
 def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:

@@ -266,6 +266,11 @@ def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> 
     part.changed("panel", *texts)
 
 
+def _compare_initial(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
+    texts = ("none" if each.initial is None else show(each.initial.expr) for each in (old, new))
+    part.changed("init", *texts)
+
+
 _Meaning = tuple[object, str, frozenset[str]]
 """A meaning, its text, and the names for parts of formulas in the text."""
 _NONE: _Meaning = None, "none", frozenset()
@@ -516,7 +521,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
         "observed": _compare_observed,
     },
-    Binding: {"panel": _compare_panel},
+    Binding: {"panel": _compare_panel, "initial": _compare_initial},
     Task: {"disturbances": _compare_task},
     FormulaLet: {"formula": _compare_formula, "value": None},
 }
