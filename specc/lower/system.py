@@ -20,6 +20,7 @@ from specc.analysis.ros2 import (
     short_message_type,
 )
 from specc.lang import Environment, evaluate
+from specc.lang.kinds import kind
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
 from specc.lower.module import (
@@ -63,17 +64,7 @@ from specc.model.system import (
     System,
 )
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
-from specc.model.types import (
-    Enum,
-    ListOf,
-    OptionalOf,
-    PartialOf,
-    Pose,
-    Real,
-    Record,
-    Type,
-    Vector,
-)
+from specc.model.types import Enum, OptionalOf, Pose, Real, Record, Type, Vector
 from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 
@@ -276,8 +267,7 @@ def _plant(
     if system.plant is None and not system.devices:
         return None
     imports.runtime_name("PlantSpec")
-    annotations = Annotations(imports, types)
-    contracts = Contracts(imports, annotations, names.new, stand_ins=stand_ins)
+    contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     plant, made = system.plant, ""
     if plant and not plant.ros2 and not plant.is_panel:
         made = (
@@ -285,9 +275,7 @@ def _plant(
         )
     functions = Functions(imports, names)
     return {
-        **_bindings_by_kind(
-            system, imports, functions, contracts, annotations, stand_ins=stand_ins
-        ),
+        **_bindings_by_kind(system, imports, functions, contracts, stand_ins=stand_ins),
         "contracts": contracts.plans,
         "made": made,
         "ros2": tuple(ros2_arguments(system, imports)),
@@ -302,7 +290,6 @@ def _bindings_by_kind(
     imports: Imports,
     functions: Functions,
     contracts: Contracts,
-    annotations: Annotations,
     *,
     stand_ins: bool,
 ) -> dict[str, list[str]]:
@@ -318,7 +305,7 @@ def _bindings_by_kind(
                 *(() if stand_ins else _panel_argument(binding, element, imports)),
             )
             if binding.initial is not None:
-                value = _value(element.type, binding.initial.value, imports, annotations)
+                value = _value(element.type, binding.initial.value, imports)
                 arguments = (*arguments, f"initial=({value},)")
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
@@ -396,30 +383,26 @@ def _panel_argument(binding: Binding, element: Element, imports: Imports) -> Ite
     yield f"panel={call(imports.runtime_name('PanelElement'), arguments)}"
 
 
-def _value(type_: Type, value: Any, imports: Imports, annotations: Annotations) -> str:
-    """Python for a value, as `specc.lang.evaluate` has it; a contract looks at it afterwards."""
+class _PartText(str):
+    """Python for a part of a value."""
 
-    def of(part: Type, item: Any) -> str:
-        return _value(part, item, imports, annotations)
+    __slots__ = ()
 
-    if value is None:
-        return "None"
-    if type_.is_array or isinstance(type_, Pose):
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _value(type_: Type, value: Any, imports: Imports) -> str:
+    """Python for a value, as `specc.lang.evaluate` has it; a contract looks at it afterwards.
+
+    It is that of an expression without operators, of which nobody makes records.
+    """
+    if value is not None and (type_.is_array or isinstance(type_, Pose)):
         numbers = chain.from_iterable(value) if isinstance(type_, Pose) else value
         vector = call(imports.runtime_name("vector"), (number(n, Real()).text for n in numbers))
         return f"{vector}.reshape(4, 4)" if isinstance(type_, Pose) else vector
-    match type_:
-        case OptionalOf() | PartialOf():
-            return of(type_.value, value)
-        case Vector() | ListOf():
-            items = [of(type_.element, item) for item in value]
-            return f"({''.join(f'{item}, ' for item in items)})"
-        case Record():
-            fields = (f"{name}={of(part, getattr(value, name))}" for name, part in type_.fields)
-            return call(annotations.of(type_), fields)
-        case Real():
-            return number(value, type_).text
-    return literal(value)
+    parts = kind(type_).map_parts(type_, value, lambda t, part: _PartText(_value(t, part, imports)))
+    return literal(parts)
 
 
 def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:

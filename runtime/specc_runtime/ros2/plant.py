@@ -75,8 +75,8 @@ class Ros2Plant(HostedPlant):
         if raw is None:
             return {}
         reading.number = raw.number
-        told: Mapping[str, Any] = plain(bytes(raw.data))
-        return told
+        by_element: Mapping[str, Any] = plain(bytes(raw.data))
+        return by_element
 
     def _look_around(self) -> None:
         """Say it if somebody else has begun to send on a topic that is commanded, or in such a way

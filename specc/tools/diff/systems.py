@@ -267,8 +267,11 @@ def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> 
 
 
 def _compare_initial(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
-    texts = ("none" if each.initial is None else show(each.initial.expr) for each in (old, new))
-    part.changed("init", *texts)
+    before, after = (each.initial for each in (old, new))
+    if before is None or after is None:
+        part.changed("init", *("none" if i is None else show(i.expr) for i in (before, after)))
+    else:
+        part.changed("init", before.value, after.value)
 
 
 _Meaning = tuple[object, str, frozenset[str]]

@@ -135,8 +135,8 @@ def check_topic(topic: Topic) -> None:
 
 _SINGLE = {"Bool": "bool", "Int64": "int", "Float64": "real", "String": "text"}
 _SYMBOLS = {
-    "arrival": "came", "camera": "K", "depth": "D", "image": "I", "pose": "T", "scalar": "value", "transform": "T",
-    "tuple": "n", "twist": "V", "vector": "v", "wrench": "F",
+    "arrival": "came", "camera": "K", "depth": "D", "image": "I", "pose": "T", "scalar": "value",
+    "transform": "T", "tuple": "n", "twist": "V", "vector": "v", "wrench": "F",
 }  # fmt: skip
 _OF_UNITS = {METRE: "p", RADIAN / SECOND: "w", METRE / SECOND**2: "a"}
 _OF_JOINTS = {"position": "q", "velocity": "dq", "effort": "tau"}
