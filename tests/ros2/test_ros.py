@@ -124,6 +124,8 @@ def test_transforms_are_poses(
     lost = spec(("E: tool0", "E: tool1"), ("wait: 20 s", "wait: 3 s"), name="poses")
     assert main(["run", str(lost), "--cycles", "1"]) == 2
     assert "tf knows no transform from base_link to tool1 (a.R.t.T)" in capfd.readouterr().err
+    begins = spec(("E: tool0", "E: tool1"), ("tf: {", "init: identity(), tf: {"), name="poses")
+    assert main(["run", str(begins), "--duration", "1"]) == 0
 
 
 def test_the_last_message_of_a_latched_topic_is_read(
