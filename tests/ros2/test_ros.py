@@ -157,7 +157,7 @@ STATE = "/event/a/c"
 def test_a_topic_that_speaks_on_events_need_not_have_a_first_message(
     arm: Start, spec: Spec, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arm("asker", STATE, "/go", "Empty", "Empty", "Empty", program="nodes.py")
+    arm("asker", STATE, "/go", *["Empty"] * 20, program="nodes.py")
     path, record = spec(name="event"), tmp_path / "run.mcap"
     assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
     capsys.readouterr()
