@@ -80,8 +80,13 @@ class Sensor:
             self.count = 0
 
     def update(self, time_s: float) -> None:
-        """Take a sample, if there is one; raises `DeviceFailed`."""
-        value = self._given(self._sample, self.name)
+        """Take a sample, if there is one; raises `DeviceFailed`.
+
+        An initial value is the one at the start, whatever the device has by then: that is new
+        afterwards.
+        """
+        initial = () if self.count else self._binding.initial
+        value = initial[0] if initial else self._given(self._sample, self.name)
         measured_s = time_s
         if type(value) is Sample:
             measured_s = self._measured_s(value, time_s)

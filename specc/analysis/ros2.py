@@ -79,6 +79,7 @@ def _table() -> Iterator[tuple[str, MessagePart]]:
     yield from _geometry()
     yield "nav_msgs/Odometry", MessagePart("pose", "pose.pose", frame=FRAME, child=CHILD)
     yield "nav_msgs/Odometry", MessagePart("twist", "twist.twist", frame=CHILD)
+    yield "std_msgs/Empty", MessagePart("arrival", sent=False)
     yield "sensor_msgs/Range", MessagePart("scalar", "range", METRE)
     yield "sensor_msgs/Imu", MessagePart("vector3", "angular_velocity", RADIAN / SECOND)
     yield "sensor_msgs/Imu", MessagePart("vector3", "linear_acceleration", METRE / SECOND**2)
@@ -159,6 +160,8 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     """The part of a binding's messages that holds the element's value, or why there is none."""
     if binding.action:
         return _part_of_action(binding, type_, commanded=commanded)
+    if isinstance(type_, OptionalOf) and not (commanded or binding.through):
+        return part_of(binding, type_.value, commanded=commanded)
     if binding.tf:
         wanted = Pose(*binding.tf)
         if type_ == wanted:
@@ -178,7 +181,12 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
             if not commanded
             else "name a function under `through:` that makes the fields of a message",
         )
-    fitting = [p for p in parts if _carries(p, message, type_) and (p.sent or not commanded)]
+    fitting = [p for p in parts if _carries(p, message, type_)]
+    if fitting and commanded and not any(part.sent for part in fitting):
+        return MessageTypeMismatch(
+            f"messages of type {message} are only read",
+            "name a function under `through:` that makes the fields of a message",
+        )
     if not fitting:
         verb = "sent as" if commanded else "read from"
         of_scalar = _WORDS_OF_SCALARS[scalar(message)]
@@ -204,15 +212,15 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
 
 def _carries(part: MessagePart, message: str, type_: Type) -> bool:
     """Whether values of a type have the shape of that part, in any unit."""
-    shape = scalar(message) if part.shape == "scalar" else part.shape
+    shape = scalar(message) if part.shape in ("scalar", "arrival") else part.shape
     return shape in kind(type_).shapes(type_)
 
 
 def scalar(message: str) -> str:
     """The scalar of `std_msgs` that stands for those of a message."""
     name = message.partition("/")[2]
-    if name in ("String", "Bool"):
-        return name
+    if name in ("String", "Bool", "Empty"):
+        return name.replace("Empty", "Bool")
     return "Float64" if name in (*_FLOATS, "Range") else "Int64"
 
 

@@ -17,7 +17,7 @@ from specc.analysis.ros2 import (
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted
 from specc.model.system import PLANT
-from specc.model.types import Vector
+from specc.model.types import OptionalOf, Vector
 from specc.source import Place
 
 
@@ -140,6 +140,7 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
         binding, type_ = bound.binding, bound.element.type
         if binding.through or short_message_type(binding.message) != JOINT_STATE:
             continue
+        type_ = type_.value if isinstance(type_, OptionalOf) else type_
         wanted, given = type_.size if isinstance(type_, Vector) else 1, len(binding.joints)
         if given != wanted:
             yield Diagnostic(

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from pathlib import PurePath
+from typing import Any
 
 from specc.analysis.dataflow import Ages
 from specc.analysis.plant import BoundElement, bindable, bound_elements
@@ -18,6 +20,7 @@ from specc.analysis.ros2 import (
     short_message_type,
 )
 from specc.lang import Environment, evaluate
+from specc.lang.kinds import kind
 from specc.lower.families import Family, families
 from specc.lower.flow import NOTHING_PROVED, Proofs
 from specc.lower.module import (
@@ -61,7 +64,7 @@ from specc.model.system import (
     System,
 )
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
-from specc.model.types import Enum, Pose, Real, Record, Type, Vector
+from specc.model.types import Enum, OptionalOf, Pose, Real, Record, Type, Vector
 from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires
 
@@ -104,6 +107,7 @@ def _published(each: Published, system: System, ros2: Ros2, imports: Imports) ->
 def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     """The call that makes a topic; empty for a binding that has none."""
     binding, type_ = bound.binding, bound.element.type
+    numbers = type_.value if isinstance(type_, OptionalOf) else type_
     part = part_of(binding, type_, commanded=bound.is_commanded)
     where = binding.topic or binding.action or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
@@ -118,7 +122,7 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         "between": tuple(name for _, name in frames) if binding.tf else (),
         "qos": binding.qos,
         "part": binding.part,
-        "is_number": part.shape == "joints" and isinstance(type_, Real),
+        "is_number": part.shape == "joints" and isinstance(numbers, Real),
     }
     first = (
         f"{binding.device}.{binding.element}",
@@ -300,6 +304,9 @@ def _bindings_by_kind(
                 *_contract_arguments(binding, element.type, contracts),
                 *(() if stand_ins else _panel_argument(binding, element, imports)),
             )
+            if binding.initial is not None:
+                value = _value(element.type, binding.initial.value, imports)
+                arguments = (*arguments, f"initial=({value},)")
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:
@@ -374,6 +381,28 @@ def _panel_argument(binding: Binding, element: Element, imports: Imports) -> Ite
         *keyword_arguments(options),
     )
     yield f"panel={call(imports.runtime_name('PanelElement'), arguments)}"
+
+
+class _PartText(str):
+    """Python for a part of a value."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _value(type_: Type, value: Any, imports: Imports) -> str:
+    """Python for a value, as `specc.lang.evaluate` has it; a contract looks at it afterwards.
+
+    It is that of an expression without operators, of which nobody makes records.
+    """
+    if value is not None and (type_.is_array or isinstance(type_, Pose)):
+        numbers = chain.from_iterable(value) if isinstance(type_, Pose) else value
+        vector = call(imports.runtime_name("vector"), (number(n, Real()).text for n in numbers))
+        return f"{vector}.reshape(4, 4)" if isinstance(type_, Pose) else vector
+    parts = kind(type_).map_parts(type_, value, lambda t, part: _PartText(_value(t, part, imports)))
+    return literal(parts)
 
 
 def _plant_ends(system: System, direction: str, imports: Imports) -> Iterator[str]:

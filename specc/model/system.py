@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from specc.model.expr import FALSE, Expr, Number
 from specc.model.fsm import (
@@ -51,6 +51,14 @@ class Widget:
 
 
 @dataclass(frozen=True, slots=True)
+class Initial:
+    """What an element is until its first message; `value` is as `specc.lang.evaluate` has it."""
+
+    expr: Expr
+    value: Any
+
+
+@dataclass(frozen=True, slots=True)
 class Binding:
     """What the plant binds to one element of a device."""
 
@@ -83,6 +91,8 @@ class Binding:
     """What of the action the element is; `message` is the type of the action."""
     panel: Widget | None = None
     """Of an element that the operator sets, and no plant."""
+    initial: Initial | None = None
+    """Of an element that need not have a message when a run begins."""
 
     @property
     def name(self) -> str:

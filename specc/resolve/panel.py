@@ -42,9 +42,11 @@ def resolve_panel(
     """
     kind, findings = item.panel, expressions.findings
     if not kind:
+        has_messages = bool(item.topic or item.tf or item.action)
         for name in ("hold", "range", "init", "key"):
-            if name in item.given_keys:
-                message = f"`{name}` is for what is on the operator's panel"
+            if name in item.given_keys and not (name == "init" and has_messages):
+                others = "topics of ROS 2 and for " if name == "init" else ""
+                message = f"`{name}` is for {others}what is on the operator's panel"
                 way = f"add `panel:`, or delete `{name}`"
                 findings.report("E0505", message, at[name].key, help=way)
                 break

@@ -9,7 +9,7 @@ from fractions import Fraction
 from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, Scope
 from specc.lang.kinds import kind
-from specc.model.expr import Expr, Number, Truth
+from specc.model.expr import Expr, Nothing, Number, Truth
 from specc.model.fsm import Trace
 from specc.model.requirement import Requirement, has_future
 from specc.model.system import (
@@ -17,6 +17,7 @@ from specc.model.system import (
     Agent,
     Binding,
     Element,
+    Initial,
     Plant,
     Published,
     Ros2,
@@ -24,7 +25,7 @@ from specc.model.system import (
     Widget,
 )
 from specc.model.task import VERBS, Disturbance, DisturbanceAction, Draw, Subject, Task, Verb
-from specc.model.types import Int, Real
+from specc.model.types import Int, OptionalOf, Real
 from specc.model.units import DIMENSIONLESS, SECOND, Unit
 from specc.resolve.context import Findings, SetValues, YamlNode, duration_in
 from specc.resolve.expressions import Expressions, known_value, rate_of
@@ -433,7 +434,8 @@ def resolve_plant(
         device, _, element = name.rpartition(".")
         binding = _binding(device, element, item, at, expressions)
         panel = resolve_panel(item, at, reported.get(name), expressions)
-        binding = replace(binding, panel=panel)
+        initial = None if item.panel else _initial(name, item, at, agents, expressions)
+        binding = replace(binding, panel=panel, initial=initial)
         # A message comes when its sender sends one.
         always = (
             definition.ros2 is not None
@@ -521,6 +523,42 @@ def _binding(
         item.action,
         item.part,
     )
+
+
+def _initial(
+    name: str, item: BindingDef, at: YamlNode, agents: tuple[Agent, ...], expressions: Expressions
+) -> Initial | None:
+    """What an element is until its first message, if it need not have one; reports what is wrong.
+
+    An element that no device has is a matter of `specc.checks`.
+    """
+    findings, element = expressions.findings, reported_elements(agents).get(name)
+    if not (item.topic or item.tf or item.action):
+        return None
+    if item.init is not None and (item.action or element is None):
+        commanded = {f"{d.qualified_name}.{e.name}" for a in agents for d in a.devices for e in d.x}
+        short = name.rpartition(".")[2]
+        if item.action:
+            message = f"`{short}` is a part of an action, and `init` is for topics"
+            findings.report("E0505", message, at["init"].key, help="delete `init`")
+        elif name in commanded:
+            message = f"`{short}` is commanded: `init` is for what a device reports"
+            findings.report("E0505", message, at["init"].key, help="delete `init`")
+        return None
+    if element is None or item.action:
+        return None
+    if item.init is None:
+        is_optional = isinstance(element.type, OptionalOf)
+        return Initial(Nothing(type=element.type), None) if is_optional else None
+    scope, constants = constant_scope(expressions.definitions), expressions.definitions.constants
+    expr = expressions.value(at["init"], item.init, scope, element.type, element.place)
+    if expr is None:
+        return None
+    try:
+        return Initial(expr, known_value(expr, constants, "E0505"))
+    except ExprError as error:
+        expressions.report(at["init"], item.init, error)
+        return None
 
 
 def _noise(item: BindingDef, at: YamlNode, expressions: Expressions) -> list[tuple[float, Unit]]:

@@ -207,7 +207,9 @@ class BindingDef(
         list[ConstantText],
         ListForm(min_length=2, max_length=2, help="write the least and the greatest value"),
     ] = key([], "The least and the greatest value of a slider or a number of the panel.")
-    init: ConstantText | None = key(None, "The value until the operator gives another one.")
+    init: ConstantText | None = key(
+        None, "The value until the operator, or a first message, gives another one."
+    )
     key: PanelKey = key("", "Key of a terminal that operates it, e.g. `s`.")
 
 

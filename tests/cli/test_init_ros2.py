@@ -269,7 +269,7 @@ def test_a_joint_is_commanded_once() -> None:
     ("topic", "said"),
     [
         (published("/x", "cell_msgs/msg/Lamp"), "bound with a function under `through`"),
-        (published("/x", "std_msgs/msg/Bool", count=0), "no message came"),
+        (published("/x", "std_msgs/msg/Float64MultiArray", count=0), "no message came"),
         (COMMANDS, "nothing says how many numbers it takes"),
         (read("/x", "sensor_msgs/msg/Imu"), "its messages have several values"),
         (joints("/x", "a{1..9}"), "joints have unusual names"),
@@ -287,6 +287,22 @@ def test_what_is_left_out_has_a_reason(topic: Data, said: str) -> None:
     assert codes == []
     assert said in " ".join(text.replace("\n#", " ").split())
     assert "7 more topics" in text
+
+
+def test_a_topic_without_a_message_is_none_until_one_comes() -> None:
+    silent = {"count": 0, "message": {}}
+    text, codes = proposed(
+        graph(
+            published("/go", "std_msgs/msg/Empty", **silent),
+            published("/mode", "std_msgs/msg/String", **silent),
+        )
+    )
+    assert codes == []
+    receptors = data(text)["agents"]["robot"]["real_receptors"]
+    assert [device["y"] for device in receptors.values()] == [
+        {"came": "optional[bool]"},
+        {"value": "optional[text]"},
+    ]
 
 
 def test_names_of_others_say_nothing_to_specc() -> None:

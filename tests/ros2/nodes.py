@@ -15,9 +15,10 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64MultiArray
+from std_msgs.msg import Bool, Empty, Float64MultiArray, String
 from test_msgs.action import Fibonacci
 
 
@@ -26,6 +27,27 @@ def latched(topic: str) -> list[Node]:
     node = rclpy.create_node("safety")
     qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node.create_publisher(Bool, topic, qos).publish(Bool(data=True))
+    return [node]
+
+
+def asker(state: str, topic: str, *kinds: str) -> list[Node]:
+    """Once somebody tells its `state`, sends `Empty` or `Bool` on a topic, 0.4 s apart."""
+    node, left = rclpy.create_node("asker"), list(kinds)
+    types = {"Empty": Empty, "Bool": Bool}
+    publishers: list[Publisher] = []
+
+    def ask() -> None:
+        if left and publishers:
+            kind = types[left.pop(0)]
+            publishers[0].publish(kind())
+
+    def heard(_: String) -> None:
+        if not publishers:
+            publishers.append(node.create_publisher(types[kinds[0]], topic, 10))
+
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(String, state, heard, qos)
+    node.create_timer(0.4, ask)
     return [node]
 
 
@@ -127,7 +149,13 @@ class Driver(Node):
 
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
-NODES = {"commander": commander, "latched": latched, "server": server, "joints": joints}
+NODES = {
+    "asker": asker,
+    "commander": commander,
+    "joints": joints,
+    "latched": latched,
+    "server": server,
+}
 
 
 def main() -> None:

@@ -124,6 +124,8 @@ def test_transforms_are_poses(
     lost = spec(("E: tool0", "E: tool1"), ("wait: 20 s", "wait: 3 s"), name="poses")
     assert main(["run", str(lost), "--cycles", "1"]) == 2
     assert "tf knows no transform from base_link to tool1 (a.R.t.T)" in capfd.readouterr().err
+    begins = spec(("E: tool0", "E: tool1"), ("tf: {", "init: identity(), tf: {"), name="poses")
+    assert main(["run", str(begins), "--duration", "1"]) == 0
 
 
 def test_the_last_message_of_a_latched_topic_is_read(
@@ -147,6 +149,91 @@ def test_names_are_resolved_in_the_namespace_of_the_node(arm: Start, spec: Spec)
     arm("latched", "/cell/latched/e_stop", program="nodes.py")
     path = spec(("node: latched", "node: /cell/latched"), ("/e_stop", "~/e_stop"), name="latched")
     assert main(["run", str(path), "--cycles", "1"]) == 0
+
+
+STATE = "/event/a/c"
+
+
+def test_a_topic_that_speaks_on_events_need_not_have_a_first_message(
+    arm: Start, spec: Spec, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm("asker", STATE, "/go", *["Empty"] * 20, program="nodes.py")
+    path, record = spec(name="event"), tmp_path / "run.mcap"
+    assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
+    capsys.readouterr()
+    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert all(f"{name}: " in out and "the same" in out for name in ("a.ask", "a.arm", "a.c"))
+
+
+def test_silence_is_no_fault_where_no_message_is_awaited(
+    spec: Spec, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path, record = spec(name="event"), tmp_path / "run.mcap"
+    assert main(["run", str(path), "--duration", "1", "--record", str(record)]) == 0
+    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    gap = spec(("init: False", "init: False, max_gap: 500 ms"), name="event")
+    assert main(["run", str(gap), "--duration", "20"]) == 1
+    assert "a.R.ask.go: there has been no sample for" in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("others", "changed", "said"),
+    [
+        (
+            ["latched", "/go"],
+            [],
+            "/go (a.R.ask.go) is published as std_msgs/msg/Bool, not as std_msgs/msg/Empty",
+        ),
+        (
+            ["latched", "/go"],
+            [("std_msgs/Empty", "std_msgs/Bool")],
+            "/go (a.R.ask.go) is latched, and its message was sent before this run began",
+        ),
+        (
+            ["latched", "/go"],
+            [("std_msgs/Empty", "std_msgs/Bool, qos: {durability: volatile}")],
+            "",
+        ),
+        (
+            ["joints", "arm=q1,q2@50"],
+            [("init: home", "init: home, qos: {durability: transient_local}")],
+            "the quality of service of /joint_states (a.R.arm.q) does not match",
+        ),
+        (
+            ["joints", "arm=q1,q2@50"],
+            [("[q1, q2]", "[q1, q9]")],
+            "/joint_states has no joint q9: it has q1, q2 (a.R.arm.q)",
+        ),
+        (
+            ["joints", "arm=j1,j2@50"],
+            [],
+            "/joint_states (a.R.arm.q) has none of the joints q1, q2: it has j1, j2",
+        ),
+    ],
+    ids=["type", "latched", "volatile", "qos", "joint", "joints"],
+)
+def test_what_is_wrong_is_named_though_no_message_is_awaited(
+    arm: Start,
+    spec: Spec,
+    others: list[str],
+    changed: list[tuple[str, str]],
+    said: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    arm(*others, program="nodes.py")
+    path = spec(("wait: 20 s", f"wait: {SHORT}"), *changed, name="event")
+    assert main(["run", str(path), "--duration", "1"]) == (2 if said else 0)
+    assert said in capfd.readouterr().err
+
+
+def test_another_type_that_comes_later_is_warned_of(
+    arm: Start, spec: Spec, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arm("asker", STATE, "/go", "Bool", program="nodes.py")
+    assert main(["run", str(spec(name="event")), "--duration", "5"]) == 0
+    said = "/go (a.R.ask.go) is published as std_msgs/msg/Bool, not as std_msgs/msg/Empty"
+    assert capfd.readouterr().err.count(f"warning: {said}") == 1
 
 
 SLOW_AND_FAST = ["arm=q1,q2,q3@50", "gripper=f4,lamp5@4"]

@@ -249,12 +249,26 @@ def test_without_a_new_sample_the_value_of_a_sporadic_device_stays_and_is_not_fr
     assert seen == [(0, True), (0, False), (8, True), (8, False), (8, False), (20, True)]
 
 
+def test_an_initial_value_is_the_first_sample_and_the_device_has_those_after_it() -> None:
+    seen: list[tuple[int, bool]] = []
+
+    def look(node: Node) -> int:
+        seen.append((node.x.E_m, node.x.fresh_E_m))
+        return 0
+
+    binding = SensorBinding("a.E.m", sporadic=True, initial=(-1,))
+    run = _run(Node("n", 4, (), look), QuietPlant(8, 9, 20), binding)
+    assert run.executor.faults == []
+    assert seen == [(-1, True), (-1, False), (8, True), (8, False), (8, False), (20, True)]
+
+
 @pytest.mark.parametrize(
     ("ticks", "options", "time_ticks", "words"),
     [
         ((4, 8), {"sporadic": True}, 0, "no sample at the start"),
         ((0, 8), {}, 4, "no new sample, and it is not bound as `sporadic`"),
         ((0, 8), {"sporadic": True, "max_gap_s": 8 * TICK_S}, 20, "no sample for 0.024 s"),
+        ((20,), {"sporadic": True, "max_gap_s": 8 * TICK_S, "initial": (0,)}, 12, "no sample for"),
     ],
 )
 def test_a_sample_that_has_to_be_there_is_a_fault_of_the_device(

@@ -42,6 +42,7 @@ class SensorBinding:
         is_pose: the raw numbers are a position and a quaternion, w first, of which the value is
             the pose; of the noise of an orientation, in rad, each axis has its own.
         panel: what of the operator's panel gives the value, if the plant does not.
+        initial: the one value at time 0, of which the plant is not asked then; empty if it is.
     """
 
     name: str
@@ -61,6 +62,7 @@ class SensorBinding:
     is_vector: bool = False
     is_pose: bool = False
     panel: PanelElement | None = None
+    initial: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Shape = Literal[
+    "arrival",
     "camera",
     "depth",
     "image",

@@ -261,7 +261,12 @@ def _never(value: Any) -> Any:
     raise PlantError("cameras are not told what they are")
 
 
+def _not_sent(value: Any) -> Any:
+    raise PlantError("that a message came is only read")
+
+
 _SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "arrival": (lambda message: True, _not_sent),
     "scalar": (_itself, _itself),
     "vector": (lambda numbers: np.array(numbers, dtype=np.float64), lambda value: value.tolist()),
     "tuple": (tuple, list),

@@ -17,7 +17,7 @@ from specc_runtime.printing import say
 from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.host import LAST, OTHERS
+from specc_runtime.ros2.host import LAST, OTHERS, WRONG
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.system import PlantSpec, System
@@ -42,39 +42,50 @@ class Ros2Plant(HostedPlant):
     ) -> None:
         assert system.plant is not None and system.plant.ros2 is not None
         topics = system.plant.ros2.topics
-        given_back = frozenset(t.name for t in topics if is_given_back(t))
-        super().__init__(system, setup, decode=decode, encode=encode, optional=given_back)
+        optional = {t.name for t in topics if is_given_back(t)}
+        optional |= {sensor.name for sensor in system.plant.sensors if sensor.initial}
+        super().__init__(system, setup, decode=decode, encode=encode, optional=frozenset(optional))
         self._goals = goals_of(topics)
         self._eager |= self._goals.keys()
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
         self._begin_s: float | None = None
-        self._others_seen = 0
+        self._wrong: set[str] = set()
         self.other_commanders: dict[str, dict[str, Any]] = {}
         """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         published = system.plant.ros2.published
         self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
-        self._look_for_others()
+        self._look_around()
 
     def advance(self, duration_s: float) -> None:
         """See `HostedPlant`."""
         if self._begin_s is None:
             self._begin_s = time.monotonic()
         super().advance(duration_s)
-        self._look_for_others()
+        self._look_around()
 
-    def _look_for_others(self) -> None:
-        """Say it if somebody else has begun to send on a topic that is commanded."""
-        reading = self._readings.get(OTHERS)
-        if reading is None or self._host.memory.number(reading.index) == self._others_seen:
-            return
+    def _newly_told(self, what: str) -> Mapping[str, Any]:
+        """By elements, what the node has told since the last call of what is no element."""
+        reading = self._readings.get(what)
+        if reading is None or self._host.memory.number(reading.index) == reading.number:
+            return {}
         raw = self._host.memory.read(reading.index)
         if raw is None:
-            return
-        self._others_seen = raw.number
-        for name, (topic, nodes) in plain(bytes(raw.data)).items():
+            return {}
+        reading.number = raw.number
+        by_element: Mapping[str, Any] = plain(bytes(raw.data))
+        return by_element
+
+    def _look_around(self) -> None:
+        """Say it if somebody else has begun to send on a topic that is commanded, or in such a way
+        on one that is read that no message will come."""
+        for name, why in self._newly_told(WRONG).items():
+            if name not in self._wrong:
+                self._wrong.add(name)
+                say(f"warning: {why}")
+        for name, (topic, nodes) in self._newly_told(OTHERS).items():
             data = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
             before = self.other_commanders.setdefault(name, data)
             if before is data or before["nodes"] != nodes:
@@ -140,7 +151,7 @@ class Ros2Plant(HostedPlant):
 
 
 def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
-    """The plant of a system with `ros2`: its node runs, and each topic has had a first message.
+    """The plant of a system with `ros2`: its node runs, and topics have had their first messages.
 
     The node gets `ros_args`, as those of `ros2 run` behind `--ros-args`.
 
@@ -159,10 +170,14 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     )
     ros2 = replace(spec.ros2, topics=topics)
     gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
+    initialized = {sensor.name for sensor in spec.sensors if sensor.initial}
     config = ros2.config | {"ros_args": [*ros_args]}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
+        topic["is_initialized"] = topic["name"] in initialized
     besides = (CLOCK,) if ros2.use_sim_time else ()
+    if initialized:
+        besides = (*besides, WRONG)
     if any(topic.commanded and not topic.part for topic in topics):
         besides = (*besides, OTHERS)
     setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)

@@ -266,6 +266,14 @@ def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> 
     part.changed("panel", *texts)
 
 
+def _compare_initial(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
+    before, after = (each.initial for each in (old, new))
+    if before is None or after is None:
+        part.changed("init", *("none" if i is None else show(i.expr) for i in (before, after)))
+    else:
+        part.changed("init", before.value, after.value)
+
+
 _Meaning = tuple[object, str, frozenset[str]]
 """A meaning, its text, and the names for parts of formulas in the text."""
 _NONE: _Meaning = None, "none", frozenset()
@@ -516,7 +524,7 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
         "observed": _compare_observed,
     },
-    Binding: {"panel": _compare_panel},
+    Binding: {"panel": _compare_panel, "initial": _compare_initial},
     Task: {"disturbances": _compare_task},
     FormulaLet: {"formula": _compare_formula, "value": None},
 }

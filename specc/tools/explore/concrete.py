@@ -55,6 +55,7 @@ class SensorValues:
         bindings = system.plant.bindings if system.plant else ()
         sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
         self.sporadic = sporadic.keys()
+        self._first = {n: b.initial.value for n, b in sporadic.items() if b.initial is not None}
         self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
         """Sensors that may stay silent for any time."""
         nodes = list(_nodes(system))
@@ -70,7 +71,8 @@ class SensorValues:
         """The values of a sensor without `...`."""
         if sensor not in self._values:
             type_ = self.types[sensor]
-            found = [first_value(type_), *other_values(first_value(type_), type_)]
+            first = self._first.get(sensor, first_value(type_))
+            found = [first, first_value(type_), *other_values(first_value(type_), type_)]
             marks = self._marks(type_)
             found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]

@@ -64,6 +64,11 @@ class Topic:
         """Whether somebody waits for messages, and nobody sends any."""
         return not self.publishers
 
+    @property
+    def is_silent(self) -> bool:
+        """Whether somebody may send messages, and none came."""
+        return not (self.commanded or self.count)
+
 
 @dataclass(frozen=True, slots=True)
 class RosGraph:
@@ -123,14 +128,15 @@ def check_topic(topic: Topic) -> None:
         raise UnfitTopic(
             "of another type: it is bound with a function under `through`, docs/ros2.md"
         )
-    if not topic.commanded and not topic.count:
-        raise UnfitTopic("no message came, and a run begins when each topic has had one")
+    is_simple = all(part.shape in ("arrival", "scalar") for part in MESSAGES[topic.type])
+    if topic.is_silent and not is_simple:
+        raise UnfitTopic("no message came: bind it with its size and an `init:`, docs/ros2.md")
 
 
 _SINGLE = {"Bool": "bool", "Int64": "int", "Float64": "real", "String": "text"}
 _SYMBOLS = {
-    "camera": "K", "depth": "D", "image": "I", "pose": "T", "scalar": "value", "transform": "T",
-    "tuple": "n", "twist": "V", "vector": "v", "wrench": "F",
+    "arrival": "came", "camera": "K", "depth": "D", "image": "I", "pose": "T", "scalar": "value",
+    "transform": "T", "tuple": "n", "twist": "V", "vector": "v", "wrench": "F",
 }  # fmt: skip
 _OF_UNITS = {METRE: "p", RADIAN / SECOND: "w", METRE / SECOND**2: "a"}
 _OF_JOINTS = {"position": "q", "velocity": "dq", "effort": "tau"}
@@ -177,6 +183,7 @@ def elements(topic: Topic, device: str, frames: Frames) -> dict[str, str]:
     for part in parts:
         if type_ := _type(part, topic, device, frames):
             of_unit = _OF_UNITS.get(part.unit, "v") if part.unit else "v"
+            type_ = f"optional[{type_}]" if topic.is_silent else type_
             found[of_unit if part.shape == "vector3" else _SYMBOLS[part.shape]] = type_
     if not found:
         raise UnfitTopic(
@@ -195,6 +202,8 @@ def _type(part: MessagePart, topic: Topic, device: str, frames: Frames) -> str:
     match part.shape:
         case "scalar":
             return f"real[{part.unit}]" if part.unit else _SINGLE[scalar(topic.type)]
+        case "arrival":
+            return "bool"
         case "vector":
             return f"vector[{_size(topic, 'size')}]"
         case "tuple":
@@ -457,8 +466,9 @@ class Devices:
         more |= _LATCHED if topic.published_kept else {}
         rate = f"{1 / topic.mean_s:.3g} Hz were measured." if "max_gap" in more else ""
         turn = "A guess: joints turn, so that rad is right." if topic.type == JOINT_STATE else ""
+        came = "No message came: `None` until one does." if topic.is_silent else rate
         for name in found:
-            device.bind[name] = _binding(topic, more, (f"{_endpoints(topic)} {rate}".strip(), turn))
+            device.bind[name] = _binding(topic, more, (f"{_endpoints(topic)} {came}".strip(), turn))
 
 
 _CAMERAS = ("sensor_msgs/Image", "sensor_msgs/CameraInfo")

@@ -36,6 +36,7 @@ SPECS = (
     "tests/cases/plant/ok-scenarios.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
+    "tests/cases/plant/ok-ros2-initial.yaml",
     "tests/cases/structure/ok-silence.yaml",
     "tests/cases/requirements/ok-contracts.yaml",
 )
@@ -98,6 +99,7 @@ NOT_COMPARED = {
     "Binding.noise_units": "the noise is compared in SI units",
     "Draw.values": "the texts that they come from are compared",
     "Widget.texts": "the values that come from them are compared",
+    "Initial.expr": "the value that comes from it is compared",
     "DisturbanceAction.has_duration": FOLLOWS,
 }
 _PLACES = ("place",)

@@ -8,3 +8,5 @@ LAST = -1
 """The number of a goal that is a safe output and outlives the run; others count from 1 on."""
 OTHERS = "/others"
 """The name, among what the node reports, of those who send on topics that the run commands."""
+WRONG = "/wrong"
+"""The name, likewise, of why topics whose first message is not awaited will not have one."""

@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.ros2.host import OTHERS
+from specc_runtime.ros2.host import OTHERS, WRONG
 from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
@@ -28,8 +28,10 @@ Samples = list[tuple[str, object, float]]
 _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
-_OTHERS_S = 1.0
-"""How often others are looked for who send on a topic that is commanded."""
+_AROUND_S = 1.0
+"""How often others are looked for who send on a topic that is commanded, or not as it is read."""
+_DISCOVERED_S = 1.0
+"""How long publishers are waited for of topics whose first message is not."""
 _CLOCK = "/clock"
 _JOINT_STATES = 10
 """Messages of joint states that wait, since several publishers may have a part of the joints."""
@@ -48,6 +50,7 @@ class NodeDevices:
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
     `joints`: a message that has none of them is somebody else's. Messages may have some of the
     joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
+    One that `is_initialized` need not have a message.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
     `published` are for whoever looks.
     """
@@ -69,7 +72,9 @@ class NodeDevices:
         self._commanded: dict[str, Any] = {}
         """Publishers of topics that are commanded, by elements."""
         self._others: dict[str, tuple[str, list[str]]] = {}
-        self._others_due_s = 0.0
+        self._wrong: dict[str, str] = {}
+        """Why there will be no first message of elements that need none, as far as is known."""
+        self._around_due_s = 0.0
         self._received = 0
         """Messages."""
         self._is_simulated = False
@@ -79,7 +84,8 @@ class NodeDevices:
     def open(self, config: dict[str, Any]) -> None:
         """Connect; returns when each topic has a first message or a reader, after `wait_s` at most.
 
-        Raises DeviceError for topics without one, with all that is known of why.
+        Raises DeviceError for topics without one, with all that is known of why. Of those that need
+        no message it tells what is known to be wrong.
         """
         node = self._begin(config)
         between = [topic for topic in config["topics"] if topic["between"]]
@@ -102,6 +108,8 @@ class NodeDevices:
         for topic in config["published"]:
             self._advertise(node, topic)
         self._wait(node, float(config["wait_s"]))
+        if any(topic["is_initialized"] for topic in config["topics"]):
+            self._put(WRONG, self._wrong)
         if self._commanded:
             self._look_for_others(node)
             self._put(OTHERS, self._others)
@@ -116,10 +124,15 @@ class NodeDevices:
             if self._received == before:
                 break
         self._look()
-        if self._commanded and time.monotonic() >= self._others_due_s:
+        if time.monotonic() >= self._around_due_s:
             assert self._node is not None, "poll comes after open"
-            if self._look_for_others(self._node):
+            self._around_due_s = time.monotonic() + _AROUND_S
+            if self._commanded and self._look_for_others(self._node):
                 self._put(OTHERS, self._others)
+            wrong = self._why_wrong(self._node)
+            if wrong.keys() - self._wrong.keys():
+                self._wrong |= wrong
+                self._put(WRONG, self._wrong)
         samples, self._samples = self._samples, []
         return samples
 
@@ -201,7 +214,8 @@ class NodeDevices:
             self._waiting.pop(_CLOCK, None)
 
         topic = {"name": _CLOCK, "topic": _CLOCK, "type": "rosgraph_msgs/Clock"}
-        self._waiting[_CLOCK] = topic | {"commanded": False, "part": "", "between": ()}
+        none = {"commanded": False, "part": "", "between": (), "is_initialized": False}
+        self._waiting[_CLOCK] = topic | none
         qos = profile({}, commanded=False)
         node.create_subscription(interface(topic["type"]), _CLOCK, receive, qos)
 
@@ -217,7 +231,6 @@ class NodeDevices:
 
     def _look_for_others(self, node: Node) -> bool:
         """Note who else sends on the topics that are commanded; whether there is somebody new."""
-        self._others_due_s = time.monotonic() + _OTHERS_S
         before = dict(self._others)
         own = Counter(publisher.topic_name for publisher in self._commanded.values())
         for name, publisher in self._commanded.items():
@@ -309,16 +322,32 @@ class NodeDevices:
     def _wait(self, node: Node, wait_s: float) -> None:
         assert self._executor is not None
         end_s = time.monotonic() + wait_s
+        discovered_s = min(end_s, time.monotonic() + _DISCOVERED_S)
         while self._waiting:
+            lacking = [t for t in self._waiting.values() if not t["is_initialized"]]
             left_s = end_s - time.monotonic()
-            if left_s <= 0:
-                lost = [self._why_silent(node, topic) for topic in self._waiting.values()]
-                raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
+            if left_s <= 0 or (not lacking and time.monotonic() >= discovered_s):
+                wrong = self._why_wrong(node)
+                if not lacking and not wrong:
+                    return
+                if left_s <= 0:
+                    lost = [*(self._why_silent(node, topic) for topic in lacking), *wrong.values()]
+                    raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
             self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
             self._look()
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
 
+    def _why_wrong(self, node: Node) -> dict[str, str]:
+        """Why elements that need no message will have none; nothing of those that may have one."""
+        initialized = {n: t for n, t in self._waiting.items() if t["is_initialized"]}
+        found = {n: self._why_not(node, t) or _why_wrong(node, t) for n, t in initialized.items()}
+        return {name: why for name, why in found.items() if why}
+
     def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
+        return self._why_not(node, topic) or _why_wrong(node, topic) or _why_silent(node, topic)
+
+    def _why_not(self, node: Node, topic: dict[str, Any]) -> str:
+        """Why the messages that came are none of an element; empty if none came."""
         name, full = topic["name"], node.resolve_topic_name(topic["topic"])
         joints, strangers = self._joints.get(name), self._strangers.get(name, [])
         if joints is not None and joints.known:
@@ -327,7 +356,7 @@ class NodeDevices:
         if strangers:
             wanted, known = ", ".join(topic["joints"]), ", ".join(strangers)
             return f"{full} ({name}) has none of the joints {wanted}: it has {known}"
-        return _why_silent(node, topic)
+        return ""
 
     def _is_met(self, name: str) -> bool:
         """Whether somebody serves an action or reads a command; messages come by themselves."""
@@ -367,33 +396,56 @@ def _node(config: dict[str, Any], context: Any) -> Node:
 
 def _why_silent(node: Node, topic: dict[str, Any]) -> str:
     """What is known of a topic that has no message yet, or no reader."""
-    name, commanded = topic["topic"], topic["commanded"]
-    full = node.resolve_topic_name(name)
+    full, commanded = node.resolve_topic_name(topic["topic"]), topic["commanded"]
     if topic["between"]:
         parent, child = topic["between"]
         return f"tf knows no transform from {parent} to {child} ({topic['name']})"
     if topic["part"]:
         return f"nobody serves the action {full} ({topic['name']})"
-    find = node.get_subscriptions_info_by_topic if commanded else node.get_publishers_info_by_topic
-    others = find(full)
-    wanted = interface_name(interface(topic["type"]))
-    who = "reads" if commanded else "publishes"
+    others = _other_ends(node, topic)
     if not others:
-        return f"nobody {who} {full} ({topic['name']})"
-    types = sorted({end.topic_type for end in others} - {wanted})
-    if types:
-        verb = "read" if commanded else "published"
-        return f"{full} ({topic['name']}) is {verb} as {' and '.join(types)}, not as {wanted}"
-    own = profile(topic.get("qos", {}), commanded=commanded)
-    for end in others:
-        ends = (own, end.qos_profile) if commanded else (end.qos_profile, own)
-        if why := mismatch(*ends):
-            return f"the quality of service of {full} ({topic['name']}) does not match: {why}"
-    if topic.get("qos", {}).get("durability") != "transient_local" and all(
-        is_latched(end.qos_profile) for end in others
-    ):
+        return f"nobody {'reads' if commanded else 'publishes'} {full} ({topic['name']})"
+    return f"{full} ({topic['name']}) has {len(others)} publishers and no message"
+
+
+def _other_ends(node: Node, topic: dict[str, Any]) -> list[Any]:
+    """Who publishes what a topic is read from, or reads what is sent on it."""
+    full = node.resolve_topic_name(topic["topic"])
+    if topic["commanded"]:
+        return list(node.get_subscriptions_info_by_topic(full))
+    return list(node.get_publishers_info_by_topic(full))
+
+
+def _why_wrong(node: Node, topic: dict[str, Any]) -> str:
+    """Why no message comes from those who are there, or reaches them; empty if one may.
+
+    Where no message is awaited, one publisher that fits will do, and who says that only new
+    messages count means it.
+    """
+    if topic["between"] or topic["part"]:
+        return ""
+    commanded, options = topic["commanded"], topic.get("qos", {})
+    where = f"{node.resolve_topic_name(topic['topic'])} ({topic['name']})"
+    others, wanted = _other_ends(node, topic), interface_name(interface(topic["type"]))
+    own = profile(options, commanded=commanded)
+    fits = [end.topic_type == wanted and not _mismatch(own, end, commanded) for end in others]
+    is_chosen = topic["is_initialized"] and "durability" in options
+    if not (topic["is_initialized"] and any(fits)):
+        if types := sorted({end.topic_type for end in others} - {wanted}):
+            verb = "read" if commanded else "published"
+            return f"{where} is {verb} as {' and '.join(types)}, not as {wanted}"
+        for end in others:
+            if why := _mismatch(own, end, commanded):
+                return f"the quality of service of {where} does not match: {why}"
+    is_kept = others and all(is_latched(end.qos_profile) for end in others)
+    if is_kept and options.get("durability") != "transient_local" and not is_chosen:
         return (
-            f"{full} ({topic['name']}) is latched, and its message was sent before this run began: "
+            f"{where} is latched, and its message was sent before this run began: "
             "bind it with `qos: {durability: transient_local}`"
         )
-    return f"{full} ({topic['name']}) has {len(others)} publishers and no message"
+    return ""
+
+
+def _mismatch(own: Any, end: Any, commanded: bool) -> str:
+    ends = (own, end.qos_profile) if commanded else (end.qos_profile, own)
+    return mismatch(*ends)
