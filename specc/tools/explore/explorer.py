@@ -149,9 +149,9 @@ class Exploration:
 
 
 def explore(facts: Facts, budget: int, forgotten_memory: Collection[str] = ()) -> Exploration:
-    """Explore a system without errors in `budget` steps, twice as many where time is counted.
+    """Explore a system without errors, its groups in `budget` steps of single machines.
 
-    Nothing is known of `forgotten_memory`, with names such as `irp.m.tries`. Ctrl-C ends it, with
+    Each requirement has a share of as many for itself. Nothing is known of `forgotten_memory`, with names such as `irp.m.tries`. Ctrl-C ends it, with
     the findings until then.
     """
     with one_run():
