@@ -151,8 +151,8 @@ class Exploration:
 def explore(facts: Facts, budget: int, forgotten_memory: Collection[str] = ()) -> Exploration:
     """Explore a system without errors, its groups in `budget` steps of single machines.
 
-    Each requirement has a share of as many for itself. Nothing is known of `forgotten_memory`, with names such as `irp.m.tries`. Ctrl-C ends it, with
-    the findings until then.
+    Each requirement has a share of as many for itself. Nothing is known of `forgotten_memory`,
+    with names such as `irp.m.tries`. Ctrl-C ends it, with the findings until then.
     """
     with one_run():
         return _explore(facts, budget, forgotten_memory)
