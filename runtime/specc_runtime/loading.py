@@ -67,6 +67,11 @@ def timed(options: Options, system: System) -> Options:
             raise UsageError("--ros-args: the plant is not behind ROS 2, so there is no node")
         is_free = options.speed is None and not options.real_time
         return replace(options, speed=1.0) if options.keys and is_free else options
+    if not {"-p", "--param", "--params-file"}.isdisjoint(options.ros_args):
+        raise UsageError(
+            "--ros-args: the node has no parameters: --set gives constants their values, and "
+            "`use_sim_time` stands in the specification"
+        )
     for option, value in (("--speed", options.speed), ("--from", options.resume)):
         if value is not None:
             raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")

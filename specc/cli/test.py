@@ -32,6 +32,7 @@ from specc.tools.scenarios.results import (
     cases_of,
     digest_of,
     earlier_test,
+    other_results,
     remove_results,
     write_results,
 )
@@ -135,7 +136,7 @@ def _choose(tests: Sequence[_Test], options: Namespace) -> None:
     """Note which scenarios did not pass before, if only these are to be run."""
     if options.last_failed:
         earlier = [earlier_test(test.folder, test.specification) for test in tests]
-        if any(each.names for each in earlier):
+        if any(each.names or each.is_unknown for each in earlier):
             for test, each in zip(tests, earlier, strict=True):
                 test.earlier = each
         else:
@@ -197,17 +198,19 @@ def _begin(test: _Test, options: Namespace, executor: ThreadPoolExecutor, scratc
 
 def _compare_with_earlier(test: _Test) -> None:
     """Say what of an earlier test is run again; all scenarios if what failed is not there."""
-    if test.earlier is None or not test.earlier.names:
+    if test.earlier is None or not (test.earlier.names or test.earlier.is_unknown):
         return
     left = test.earlier.names.intersection(test.names)
-    words = f"{counted(len(left), 'scenario')} of {len(test.earlier.names)} that did not pass"
-    words = f"specc: {test.spec}: run again: {words}"
-    if test.earlier.digest != test.digest:
+    words = f"run again: {counted(len(left), 'scenario')}"
+    if test.earlier.is_unknown:
+        words = "all scenarios are run, since the specification could not be used the last time"
+    elif not left:
+        words = "all scenarios are run, since those that did not pass are not there any more"
+    elif test.earlier.digest != test.digest:
         words += "; the specification has changed since"
-    if not left:
-        words += ", so all are run"
+    if test.earlier.is_unknown or not left:
         test.earlier = None
-    streams.print_message(words)
+    streams.print_message(f"specc: {test.spec}: {words}")
 
 
 def _is_chosen(scenario: Scenario, test: _Test, options: Namespace) -> bool:
@@ -336,19 +339,30 @@ def _lines(result: ScenarioResult, test: _Test, width: int) -> Iterator[str]:
 def _write(tests: Sequence[_Test], options: Namespace) -> None:
     """Write the results of specifications; of those that pass only where it was asked for."""
     for test in tests:
-        results = test.results
+        results, run = test.results, {scenario.name for scenario in test.scenarios}
+        others = other_results(test.folder, test.specification, run, test.names)
         is_passed = all(result.is_passed for result in results)
         has_news = not is_passed and any(result.runs for result in results)
-        if results and (options.out or has_news):
-            file = write_results(test.folder, test.specification, test.digest, results)
+        if results and is_passed:
+            remove_results(test.folder, test.specification, run)
+        if not test.digest and len(tests) > 1:
+            # `--last-failed`, which may know of failures in others, runs it whole.
+            write_results(test.folder, test.specification, "", ())
+        elif results and (options.out or has_news or (others and is_passed)):
+            file = write_results(test.folder, test.specification, test.digest, results, others)
             streams.print_output(f"{shown_path(str(file))}\n")
-        elif results and is_passed:
-            remove_results(test.folder)
     is_failed = any(result.is_failed for test in tests for result in test.results)
     if is_failed and options.recordings and find_spec("mcap") is None:
         words = "mcap, of specc[record], is not installed"
         streams.print_message(f"specc: failures are not recorded: {words}")
     if options.junit:
         begun = [(test, test.cases or [("validate", None)]) for test in tests]
-        suites = [(test.spec, [*cases, *cases_of(test.results)]) for test, cases in begun]
+        suites = [
+            (
+                test.spec,
+                [*cases, *cases_of([r for r in test.results if r.scenario.name not in told])],
+            )
+            for test, cases in begun
+            for told in [{name for name, _ in cases}]
+        ]
         write_atomically(Path(options.junit), as_junit(suites))

@@ -23,6 +23,7 @@ from specc import pipeline
 from specc.diagnostics import blocks
 from specc.emit import fill_templates
 from specc.lang import RESERVED, TYPE_WORDS
+from specc.lang.syntax import USAGE
 from specc.lower import lower
 from tests.emit import measures
 from tests.seeds import SOAK
@@ -315,7 +316,7 @@ WRITTEN_OUT = ("member", "bound variable", "parameter")
 """Kinds whose names stand in texts of Python's grammar, which has no place for its keywords."""
 KEYS = {"element": ("is", "for")}
 """Words of Python that are keys where names of a kind stand."""
-WORDS = {*RESERVED, *TYPE_WORDS, *keyword.kwlist, "plant"}
+WORDS = {*RESERVED, *TYPE_WORDS, *USAGE, *keyword.kwlist, "plant"}
 PRIVATE = re.compile("__")
 """How names of Python's own begin, which no field has."""
 # What E0311 and E0313 say of a name is about the type of an operand beside another name.

@@ -83,7 +83,7 @@ def test_lines_have_roles_truths_and_places(run: FakeRun) -> None:
             roles[line["role"]].append(line)
         assert lines[0]["role"] == "state" and lines[0]["depth"] == 0
         (condition,) = (c for c in roles["condition"] if "parcel_gone" in c["text"])
-        assert condition["truth"] is False and condition["place"].endswith("conveyor_gate.yaml:102")
+        assert condition["truth"] is False and condition["place"].endswith("conveyor_gate.yaml:108")
         assert {line["depth"] for line in roles["reason"]} == {3}
         assert [line["text"] for line in roles["read"]] == ["read x.eye.parcel = False"]
         assert len(roles["sent"]) == 2 and roles["past"][0]["text"] == "last transitions:"

@@ -81,7 +81,7 @@ def test_report_and_page_say_the_same(seed: int, page: Page, browser: Any, tmp_p
             report = own.evaluate(SHOWN)
             page.evaluate(LOOK % own.evaluate(TIME))
             assert _shown(page, report, report["reasons"] is not None) == report
-            assert report["values"] and report["spans"] and len(report["verdicts"]) == 2
+            assert report["values"] and report["spans"] and len(report["verdicts"]) == 3
             has_reasons += report["reasons"] is not None
             times.add(report["time"])
         assert own.errors() == page.errors() == []

@@ -122,7 +122,7 @@ def test_verdicts_are_those_of_the_report(tmp_path: Path) -> None:
     since_s = report[0]["time_s"]
     assert report[0]["verdict"] == "violated" and 0 < since_s < 4
     for time_s in (*_moments(4, 4.0), since_s - 0.01, since_s, None):
-        first, second = run.moment(time_s, [])["requirements"]
+        first, second, _ = run.moment(time_s, [])["requirements"]
         is_violated = time_s is None or time_s >= since_s
         assert first["verdict"] == ("violated" if is_violated else "holds"), time_s
         assert first["time_s"] == (since_s if is_violated else None)
@@ -167,7 +167,7 @@ def test_verdicts_of_files_without_them_over_time(tmp_path: Path) -> None:
 def test_a_violation_is_explained_as_why_does(tmp_path: Path) -> None:
     """With the constants of the requirement, as they were set."""
     file = _violated(tmp_path)
-    first, second = opened(file).hello()["requirements"]
+    first, second, _ = opened(file).hello()["requirements"]
     assert (first["constants"], second["constants"]) == ({}, {"patience": "0.5 s"})
     assert first["reasons"] == []
     assert second["reasons"][1] == (

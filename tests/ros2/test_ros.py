@@ -236,6 +236,13 @@ def test_another_type_that_comes_later_is_warned_of(
     assert capfd.readouterr().err.count(f"warning: {said}") == 1
 
 
+def test_the_name_of_an_action_can_be_replaced(arm: Start, spec: Spec) -> None:
+    server = arm("server", "/other", "succeed", "succeed", program="nodes.py")
+    names = ["--ros-args", "-r", "/grasp:=/other"]
+    assert main(["run", str(spec(name="retry")), "--cycles", "1", *names]) == 0
+    assert "succeed 200" in end(server)
+
+
 SLOW_AND_FAST = ["arm=q1,q2,q3@50", "gripper=f4,lamp5@4"]
 
 
@@ -249,12 +256,19 @@ def test_two_robots_of_one_specification_have_namespaces(arm: Start, spec: Spec)
     assert [run.wait(timeout=60) for run in runs] == [0, 0]
 
 
+def test_a_topic_that_nobody_reads_is_not_waited_for(arm: Start, spec: Spec) -> None:
+    arm("asker", STATE, "/go", "Bool", program="nodes.py")
+    unread = ("      arm: {y:", '      other: {y: {mode: "optional[text]"}}\n      arm: {y:')
+    bound = ("  bind:\n", "  bind:\n    a.R.other.mode: {topic: /other, type: std_msgs/String}\n")
+    assert main(["run", str(spec(unread, bound, name="event")), "--duration", "1"]) == 0
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         (("-r", "nothing"), "--ros-args -r nothing: "),
         (("--duration", "1"), "--ros-args --duration 1: "),
-        (("-p", "use_sim_time:=true"), "`use_sim_time` is said in the specification"),
+        (("-p", "payload:=3"), "--set gives constants their values"),
         (("-r", "/ft_sensor/wrench:=/lost"), "nobody publishes /lost (irp.R.s.F)"),
     ],
 )

@@ -170,7 +170,8 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     )
     ros2 = replace(spec.ros2, topics=topics)
     gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
-    initialized = {sensor.name for sensor in spec.sensors if sensor.initial}
+    known = {topic.name for topic in topics}
+    initialized = {sensor.name for sensor in spec.sensors if sensor.initial} & known
     config = ros2.config | {"ros_args": [*ros_args]}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
@@ -21,37 +21,73 @@ _MOST_BYTES = 50_000_000
 
 
 def write_results(
-    folder: Path, specification: str, digest: str, results: Sequence[ScenarioResult]
+    folder: Path,
+    specification: str,
+    digest: str,
+    results: Sequence[ScenarioResult],
+    others: Sequence[Mapping[str, Any]] = (),
 ) -> Path:
-    """Write what came of scenarios of a specification with these texts into a folder; the file."""
+    """Write what came of scenarios of a specification with these texts into a folder; the file.
+
+    `others` are what an earlier test wrote of scenarios that were not run. A digest that is empty
+    says that no scenario was, since the specification could not be used.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     data = {
         "format": FORMAT,
         "version": VERSION,
         "specification": specification,
         "specification_sha256": digest,
-        "scenarios": [result.as_data() for result in results],
+        "scenarios": [*(result.as_data() for result in results), *others],
     }
     write_atomically(file := folder / FILE, json.dumps(data, indent=2) + "\n")
     return file
 
 
-def remove_results(folder: Path) -> None:
-    """Remove the results of an earlier test from a folder, with the recordings that they name."""
+def remove_results(folder: Path, specification: str, run: Collection[str]) -> None:
+    """Remove the results of an earlier test of some scenarios, with their recordings.
+
+    The folder goes with its last result.
+    """
     for entry in _scenarios(_data(folder)):
-        for name in _recordings(entry):
+        for name in _recordings(entry) if entry.get("name") in run else ():
             (folder / name).unlink(missing_ok=True)
-    (folder / FILE).unlink(missing_ok=True)
-    with suppress(OSError):  # there is something else in it, or no folder
-        folder.rmdir()
+    if not other_results(folder, specification, run):
+        (folder / FILE).unlink(missing_ok=True)
+        with suppress(OSError):  # there is something else in it, or no folder
+            folder.rmdir()
+
+
+def other_results(
+    folder: Path, specification: str, run: Collection[str], known: Collection[str] | None = None
+) -> list[dict[str, Any]]:
+    """What an earlier test wrote of scenarios that it has not seen pass, but of those that are run.
+
+    If those that are `known` are given, only of them.
+    """
+    data = _data(folder)
+    if data.get("specification") != specification:
+        return []
+    return [
+        entry
+        for entry in _scenarios(data)
+        if isinstance(name := entry.get("name"), str)
+        and entry.get("passed") is not True
+        and name not in run
+        and (known is None or name in known)
+    ]
 
 
 @dataclass(frozen=True, slots=True)
 class EarlierTest:
-    """Scenarios that an earlier test has not seen pass, of a specification with this digest."""
+    """Scenarios that an earlier test has not seen pass, of a specification with this digest.
+
+    All, if `is_unknown`: none was run.
+    """
 
     names: frozenset[str] = frozenset()
     digest: str = ""
+    is_unknown: bool = False
 
 
 def earlier_test(folder: Path, specification: str) -> EarlierTest:
@@ -62,7 +98,8 @@ def earlier_test(folder: Path, specification: str) -> EarlierTest:
     entries = _scenarios(data)
     names = (entry.get("name") for entry in entries if entry.get("passed") is not True)
     digest = str(data.get("specification_sha256", ""))
-    return EarlierTest(frozenset(name for name in names if isinstance(name, str)), digest)
+    found = frozenset(name for name in names if isinstance(name, str))
+    return EarlierTest(found, digest, is_unknown=not digest)
 
 
 def digest_of(texts: Iterable[str]) -> str:
@@ -146,7 +183,7 @@ def _suite(name: str, cases: Sequence[Case]) -> str:
 def _case(suite: str, name: str, failure: str | None) -> str:
     head = f"<testcase classname={suite} name={quoteattr(visible(name))}"
     if failure is None:
-        return f'{head}>\n<skipped message="the test ended before"/>\n</testcase>\n'
+        return f'{head}>\n<skipped message="not run"/>\n</testcase>\n'
     if not failure:
         return f"{head}/>\n"
     message, text = failure.partition("\n")[0], escape(visible_lines(failure))

@@ -107,6 +107,7 @@ class ScenarioRuns:
         inputs = inputs_of(spec, result.sources, result.system)
         open_workspace(self._name, Workspace(folder.absolute(), bundle_of(files, inputs)))
         self._recording: dict[Future[Outcome], tuple[_Course, int, Path]] = {}
+        self._is_stopped = False
         self._pending = {
             self._submit(course, seed, {}): (course, seed)
             for course in self._courses
@@ -152,6 +153,9 @@ class ScenarioRuns:
 
     def stop(self) -> None:
         """Begin no more runs, but record the failures there are."""
+        if self._is_stopped:
+            return
+        self._is_stopped = True
         for future in [*self._pending]:
             if future.cancel():
                 del self._pending[future]

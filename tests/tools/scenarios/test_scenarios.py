@@ -196,10 +196,10 @@ def test_what_failed_in_another_specification_does_not_choose(tmp_path: Path) ->
     spec(tmp_path, scenario("one", FAILS), scenario("two", PASSES))
     results_of(tmp_path, code=1)
     done = specc(*arguments, cwd=tmp_path)
-    assert "run again: 1 scenario of 1 that did not pass\n" in done.stderr
+    assert "run again: 1 scenario\n" in done.stderr
     spec(tmp_path, scenario("renamed", FAILS), scenario("two", PASSES))
     done = specc(*arguments, cwd=tmp_path)
-    assert "0 scenarios of 1" in done.stderr and "has changed since, so all are run" in done.stderr
+    assert "those that did not pass are not there any more" in done.stderr
     found = by_name(json.loads((tmp_path / "specc-test/results.json").read_text()))
     assert found.keys() == {"renamed", "two"}
     spec(tmp_path, scenario("renamed", PASSES), scenario("two", PASSES), name="other")
@@ -212,7 +212,12 @@ def test_what_failed_in_another_specification_does_not_choose(tmp_path: Path) ->
 def test_names_choose(tmp_path: Path) -> None:
     spec(tmp_path, scenario("slow_belt", FAILS), scenario("fast_belt", PASSES))
     assert by_name(results_of(tmp_path, "-k", "slow", code=1)).keys() == {"slow_belt"}
-    assert results_of(tmp_path, "-k", "fast") is None
+    found = by_name(results_of(tmp_path, "-k", "fast"))
+    assert {name: entry["passed"] for name, entry in found.items()} == {
+        "slow_belt": False,
+        "fast_belt": True,
+    }
+    assert (tmp_path / "specc-test" / found["slow_belt"]["runs"][0]["recording"]).exists()
     done = specc("test", "belt.yaml", "-k", "nothing", "--budget", 0, cwd=tmp_path)
     assert done.returncode == 2 and "no scenario has 'nothing' in its name" in done.stderr
     assert "there are slow_belt, fast_belt" in done.stderr
@@ -226,6 +231,27 @@ def test_the_first_failure_ends_the_test(tmp_path: Path) -> None:
     assert not found["broken"]["passed"]
     assert found["broken"]["runs"][0]["recording"] == "broken-0.mcap"
     assert len(found["many"]["runs"]) < 401 and found["many"]["passed"] is None
+
+
+@pytest.mark.long
+def test_each_failure_is_recorded_once_after_the_first_one(tmp_path: Path) -> None:
+    """Recordings take longer than the test waits between two looks at them."""
+    long = scenario("long", FAILS, more="    seeds: 0..3\n").replace("3[s]", "400[s]")
+    spec(tmp_path, long)
+    found = by_name(results_of(tmp_path, "--fail-fast", "--jobs", 1, code=1))
+    assert found["long"]["runs"][0]["recording"] == "long-0.mcap"
+
+
+@pytest.mark.long
+def test_a_specification_that_could_not_be_used_is_run_after_a_failure(tmp_path: Path) -> None:
+    spec(tmp_path, scenario("one", FAILS))
+    spec(tmp_path, scenario("two", "always(desk.c.speed < 1)"), name="other")
+    assert specc("test", ".", "--budget", 0, cwd=tmp_path).returncode == 1
+    spec(tmp_path, scenario("one", PASSES))
+    spec(tmp_path, scenario("two", FAILS), name="other")
+    done = specc("test", ".", "--budget", 0, "--last-failed", cwd=tmp_path)
+    assert done.returncode == 1 and "could not be used the last time" in done.stderr
+    assert "passed  one" in done.stdout and "FAILED  two" in done.stdout
 
 
 @pytest.mark.long

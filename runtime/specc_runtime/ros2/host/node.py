@@ -188,11 +188,6 @@ class NodeDevices:
                 raise DeviceError(f"--ros-args {' '.join(given)}: {error}") from error
             raise
         self._is_simulated = bool(config.get("use_sim_time"))
-        if node.get_parameter("use_sim_time").value != self._is_simulated:
-            raise DeviceError(
-                "--ros-args: `use_sim_time` is said in the specification: "
-                "`ros2: {use_sim_time: true}`"
-            )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
         return node
@@ -201,7 +196,9 @@ class NodeDevices:
         name = topic["topic"]
         if name not in self._actions:
             parts = {t["part"]: t["name"] for t in every if t["part"] and t["topic"] == name}
-            self._actions[name] = Action(node, name, topic["type"], parts, self._put)
+            # Not every distribution remaps the topics of an action with its name.
+            where = node.resolve_topic_name(name)
+            self._actions[name] = Action(node, where, topic["type"], parts, self._put)
             self._waiting[name] = topic
         if topic["part"] == "goal":
             self._goals[topic["name"]] = self._actions[name]
@@ -340,7 +337,10 @@ class NodeDevices:
     def _why_wrong(self, node: Node) -> dict[str, str]:
         """Why elements that need no message will have none; nothing of those that may have one."""
         initialized = {n: t for n, t in self._waiting.items() if t["is_initialized"]}
-        found = {n: self._why_not(node, t) or _why_wrong(node, t) for n, t in initialized.items()}
+        found = {n: _why_wrong(node, topic) for n, topic in initialized.items()}
+        # Joints of others are passed over, and those of its own may still come.
+        parts = {n: self._why_not(node, initialized[n]) for n in found if n in self._joints}
+        found |= {n: why for n, why in parts.items() if self._joints[n].known}
         return {name: why for name, why in found.items() if why}
 
     def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
