@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -146,5 +146,6 @@ def children() -> set[int]:
     """The processes that this one has begun, zombies included."""
     found: set[int] = set()
     for task in Path("/proc/self/task").glob("*/children"):
-        found |= set(map(int, task.read_text().split()))
+        with suppress(FileNotFoundError):  # a thread that has just ended
+            found |= set(map(int, task.read_text().split()))
     return found
