@@ -356,13 +356,12 @@ def _write(tests: Sequence[_Test], options: Namespace) -> None:
         words = "mcap, of specc[record], is not installed"
         streams.print_message(f"specc: failures are not recorded: {words}")
     if options.junit:
-        begun = [(test, test.cases or [("validate", None)]) for test in tests]
-        suites = [
-            (
-                test.spec,
-                [*cases, *cases_of([r for r in test.results if r.scenario.name not in told])],
-            )
-            for test, cases in begun
-            for told in [{name for name, _ in cases}]
-        ]
+        suites = [(test.spec, _cases(test)) for test in tests]
         write_atomically(Path(options.junit), as_junit(suites))
+
+
+def _cases(test: _Test) -> list[Case]:
+    """What JUnit shows of a specification; a scenario that was refused has its case already."""
+    cases = test.cases or [("validate", None)]
+    names = {name for name, _ in cases}
+    return [*cases, *cases_of([each for each in test.results if each.scenario.name not in names])]
