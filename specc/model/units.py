@@ -173,16 +173,16 @@ def _reasonable(unit: Unit, node: ast.expr) -> Unit:
     return unit
 
 
-def _exponent(node: ast.expr) -> Fraction:
+def _exponent(node: ast.expr, most: int = _LARGEST_EXPONENT) -> Fraction:
     match node:
-        case ast.Constant(value=int(value)) if (
-            not isinstance(value, bool) and value <= _LARGEST_EXPONENT
-        ):
+        case ast.Constant(value=int(value)) if not isinstance(value, bool) and value <= most:
             return Fraction(value)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return -_exponent(operand)
+            return -_exponent(operand, most)
         case ast.BinOp(left=left, op=ast.Div(), right=right) if below := _exponent(right):
-            return _exponent(left) / below
+            found = _exponent(left, most**2) / below
+            if abs(found) <= most:
+                return found
     raise UnitError(
         f"an exponent is a whole number up to {_LARGEST_EXPONENT} or a fraction such as (1/2)",
         node.col_offset,

@@ -56,6 +56,12 @@ def test_a_unit_reads_back_from_its_name(unit: Unit) -> None:
     assert parse_unit(str(unit)) == unit
 
 
+def test_a_fraction_is_as_large_as_a_whole_exponent() -> None:
+    assert parse_unit("s**(21/2)") == parse_unit("s**10 * s**(1/2)")
+    with pytest.raises(UnitError, match="an exponent is a whole number up to 20"):
+        parse_unit("s**(41/2)")
+
+
 @pytest.mark.parametrize("name", UNITS)
 def test_every_named_unit_is_a_multiple_of_the_one_it_is_shown_as(name: str) -> None:
     unit = parse_unit(name)

@@ -515,12 +515,7 @@ def proposal(devices: Devices, system: str, agent: str, command: str, python: st
     """
     every = devices.every
     frames, named = _frames(devices), devices.frames.named
-    present = [
-        f"present(x.{each.name}.{name})"
-        for each in every
-        for name, type_ in each.reports.items()
-        if not str(type_).startswith("optional[")  # there at once, without a message
-    ]
+    present = [f"present(x.{each.name}.{name})" for each in every for name in each.reports]
     parts = {
         "head": [line for remark in _remarks(devices, command) for line in wrap(remark, 4)],
         "system": system,

@@ -337,10 +337,7 @@ class NodeDevices:
     def _why_wrong(self, node: Node) -> dict[str, str]:
         """Why elements that need no message will have none; nothing of those that may have one."""
         initialized = {n: t for n, t in self._waiting.items() if t["is_initialized"]}
-        found = {n: _why_wrong(node, topic) for n, topic in initialized.items()}
-        # Joints of others are passed over, and those of its own may still come.
-        parts = {n: self._why_not(node, initialized[n]) for n in found if n in self._joints}
-        found |= {n: why for n, why in parts.items() if self._joints[n].known}
+        found = {n: self._why_not(node, t) or _why_wrong(node, t) for n, t in initialized.items()}
         return {name: why for name, why in found.items() if why}
 
     def _why_silent(self, node: Node, topic: dict[str, Any]) -> str:
