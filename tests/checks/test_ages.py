@@ -125,7 +125,10 @@ def the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -> Non
     holds = any(b.pauses and not r.asks for b, r in pairwise(stages))
     assert isinstance(found, UnboundedAge) == holds
     if not isinstance(found, UnboundedAge):
-        met = observed(stages, seed)
+        # Where several pause, one simulation may meet nothing by chance.
+        chances = range(seed, seed + (1 if found is None else 20))
+        simulated = (observed(stages, chance) for chance in chances)
+        met = next((age_s for age_s in simulated if age_s is not None), None)
         assert (met is None) == (found is None)
         if found is not None and met is not None:
             assert met <= found.age_s
