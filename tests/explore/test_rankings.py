@@ -172,3 +172,19 @@ def test_no_run_stays_longer_than_is_said(seeds: Seeds) -> None:
             values = product(range(MOST + 1), repeat=N)
             assert max(longest(graph, ticks, (node, each)) for each in values) <= stay, seed
     assert bounded > len(list(seeds))
+
+
+def test_nested_loops_are_looked_at_once_each() -> None:
+    """To try 60 counters in every order would take for ever; that many bound nothing."""
+    loops = 60
+
+    def following(node: int) -> list[tuple[int, Moves]]:
+        counts = ((f"c{node}", 1.0),)
+        again = 0, ((0, Transition("", "", -1, (), counts=counts)),)
+        inner = node + 1, ((0, Transition("", "", -1, ())),)
+        return [again, *([inner] if node + 1 < loops else [])]
+
+    region = Region(0, 20)
+    assert longest_stays([0], following, lambda _: 1, lambda *_: region) == {}
+    loops = 5
+    assert len(longest_stays([0], following, lambda _: 1, lambda *_: region)) == loops

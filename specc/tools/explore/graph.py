@@ -63,7 +63,10 @@ class Graph:
         budget: int,
         until: Callable[[Composition], bool] = lambda composition: False,
     ) -> None:
-        """Explore with at most about `budget` steps of single machines, and not on from `until`."""
+        """Explore with at most about `budget` steps of single machines.
+
+        The search ends early, incomplete, once `until` holds of the composition.
+        """
         self.composition = composition
         first, initial = composition.start()
         self.initial_transitions = initial.transitions
