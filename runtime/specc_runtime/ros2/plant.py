@@ -66,8 +66,8 @@ class Ros2Plant(HostedPlant):
         super().advance(duration_s)
         self._look_around()
 
-    def _newly_told(self, what: str) -> Mapping[str, Any]:
-        """By elements, what the node has told since the last call of what is no element."""
+    def _new_report(self, what: str) -> Mapping[str, Any]:
+        """What the node has reported, by elements, since the last call; nothing if that is old."""
         reading = self._readings.get(what)
         if reading is None or self._host.memory.number(reading.index) == reading.number:
             return {}
@@ -81,11 +81,11 @@ class Ros2Plant(HostedPlant):
     def _look_around(self) -> None:
         """Say it if somebody else has begun to send on a topic that is commanded, or in such a way
         on one that is read that no message will come."""
-        for name, why in self._newly_told(WRONG).items():
+        for name, why in self._new_report(WRONG).items():
             if name not in self._wrong:
                 self._wrong.add(name)
                 say(f"warning: {why}")
-        for name, (topic, nodes) in self._newly_told(OTHERS).items():
+        for name, (topic, nodes) in self._new_report(OTHERS).items():
             data = {"topic": topic, "nodes": nodes, "first_s": self._run_s()}
             before = self.other_commanders.setdefault(name, data)
             if before is data or before["nodes"] != nodes:
