@@ -79,7 +79,10 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
             yield BoundElement(binding, element, commanded, plant)
 
 
-_KEYS = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type"}
+_KEYS = {
+    "rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap", "message": "type",
+    "answer_within_s": "answer_within",
+}  # fmt: skip
 
 
 def first_key(binding: Binding, attributes: Iterable[str]) -> str:

@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
+from specc.diagnostics.phrases import with_article
 from specc.lang.kinds import kind
-from specc.model.system import Binding, Element, Published, Subsystem, System
+from specc.model.system import Binding, CallKind, Element, Published, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,
@@ -116,50 +117,145 @@ MESSAGES = {name: tuple(parts) for name, parts in grouped(_table()).items()}
 
 def short_message_type(message: str) -> str:
     """`package/Type` of a type that may be written `package/msg/Type`."""
-    return message.replace("/msg/", "/").replace("/action/", "/")
+    return message.replace("/msg/", "/").replace("/action/", "/").replace("/srv/", "/")
 
+
+# Actions and services: which parts of them elements are.
 
 STATUSES = (
     "none", "accepted", "executing", "canceling", "succeeded", "canceled", "aborted", "rejected",
 )  # fmt: skip
-"""Of actions: there was no goal yet, or what has become of the last one."""
+"""Of an action that is called: there was no goal yet, or what has become of the last one."""
+SERVED_STATUSES = tuple(status for status in STATUSES if status != "canceling")
+"""Of an action that is served: what the agent says; `none` is that it takes a goal."""
+CALL_STATUSES = ("none", "called", "answered", "missing", "late")
+"""Of a service that is called: there was no call yet, or what has become of the last one."""
 
 
-def _part_of_action(
+@dataclass(frozen=True, slots=True)
+class CallParts:
+    """The parts that an action or a service has for an agent, commanded and reported ones.
+
+    A `given_back` part is reported, too: what the device took last.
+    """
+
+    commanded: tuple[str, ...]
+    reported: tuple[str, ...]
+    given_back: str = ""
+
+
+CALLS: dict[CallKind, CallParts] = {
+    "action": CallParts(("goal",), ("status", "feedback", "result"), given_back="goal"),
+    "action_server": CallParts(("status", "feedback", "result"), ("request", "cancel")),
+    "service": CallParts(("request",), ("status", "response"), given_back="request"),
+    "service_server": CallParts(("response",), ("request",)),
+}
+
+_CALLED = (MessagePart("arrival"),)
+_ANSWERED = (MessagePart("scalar", "success"), MessagePart("scalar", "message", sent=False))
+_OF_SERVICES = {
+    ("std_srvs/Empty", "request"): _CALLED,
+    ("std_srvs/Empty", "response"): _CALLED,
+    ("std_srvs/SetBool", "request"): (MessagePart("scalar", "data"),),
+    ("std_srvs/SetBool", "response"): _ANSWERED,
+    ("std_srvs/Trigger", "request"): _CALLED,
+    ("std_srvs/Trigger", "response"): _ANSWERED,
+}
+"""By types of services and parts: which fields hold a value without a word in the binding."""
+_SCALAR_OF = {"data": "Bool", "success": "Bool", "message": "String", "": "Bool"}
+"""The scalars of these fields."""
+
+
+def _part_of_call(
     binding: Binding, type_: Type, *, commanded: bool
 ) -> MessagePart | MessageTypeMismatch:
-    """The part of an action: a text, or the result of a function, which may be None.
+    """The part of an action or a service that holds the element's value, or why there is none."""
+    call, _ = binding.call
+    assert call, "the caller knows that it is a part of one"
+    what = "service" if "service" in call else "action"
+    if binding.part in ("status", "cancel"):
+        return _word_of_call(binding, type_, what)
+    is_given_back = binding.part == CALLS[call].given_back and not commanded
+    value = type_.value if isinstance(type_, OptionalOf) else type_
+    if (lacking := _lacks_none(binding, what, commanded)) and value is type_:
+        return MessageTypeMismatch(
+            f"{type_} has no None, which {lacking}", f'make it an "optional[{type_}]"'
+        )
+    if is_given_back:
+        return MessagePart("scalar")
+    if binding.through or binding.field:
+        return _part_by_key(binding, value, commanded=commanded)
+    shapes = kind(value).shapes(value)
+    for part in _OF_SERVICES.get((short_message_type(binding.message), binding.part), ()):
+        if _SCALAR_OF[part.path] in shapes and (part.sent or not commanded):
+            return part
+    if call == "action_server" and binding.part == "request" and "Bool" in shapes:
+        return MessagePart("arrival")
+    made = "its fields" if commanded else "its value of a message"
+    return MessageTypeMismatch(
+        f"the {binding.part} of {with_article(what)} is a message of its own type",
+        f"name the field that holds the value, `field: NAME`, or a function under `through:` that "
+        f"makes {made}",
+    )
 
-    A reported goal is the commanded one.
-    """
-    if binding.part == "status":
-        missing = [s for s in STATUSES if isinstance(type_, Enum) and s not in type_.members]
-        if "String" in kind(type_).shapes(type_) and not missing:
+
+def _word_of_call(binding: Binding, type_: Type, what: str) -> MessagePart | MessageTypeMismatch:
+    """Of a status, which is a text or an enum, and of `cancel`."""
+    shapes, is_served = kind(type_).shapes(type_), binding.call[0] == "action_server"
+    if binding.part == "cancel":
+        if "Bool" in shapes:
             return MessagePart("scalar")
-        help = f"make it a text, or an enum with these members: {', '.join(STATUSES)}"
-        wrong = f"{type_} lacks {', '.join(missing)}" if missing else f"{type_} is neither"
-        return MessageTypeMismatch(f"the status of an action is a text or an enum: {wrong}", help)
-    is_given_back = binding.part == "goal" and not commanded
-    if not (binding.through or is_given_back):
-        result = "the fields of a goal" if binding.part == "goal" else "its value of a message"
-        return MessageTypeMismatch(
-            f"the {binding.part} of an action is a message of its own type",
-            f"name a function under `through:` that makes {result}",
-        )
-    if not isinstance(type_, OptionalOf):
-        cancels = binding.part == "goal" and commanded
-        none = "cancels the goal" if cancels else "is what there is before the first"
-        return MessageTypeMismatch(
-            f"{type_} has no None, which {none}",
-            f'make it an "optional[{type_}]"',
-        )
-    return MessagePart("scalar" if is_given_back else "message")
+        why = f"`cancel` says whether the goal is given up, and {type_} is no bool"
+        return MessageTypeMismatch(why, "make it a bool")
+    words = SERVED_STATUSES if is_served else CALL_STATUSES if what == "service" else STATUSES
+    members = type_.members if isinstance(type_, Enum) else words
+    if is_served:
+        wrong = [member for member in members if member not in words]
+        lacking = [] if "none" in members else ["none"]
+    else:
+        wrong, lacking = [], [word for word in words if word not in members]
+    if "String" in shapes and not (wrong or lacking):
+        return MessagePart("scalar")
+    listed = f"with {'some of ' if is_served else ''}these members: {', '.join(words)}"
+    complaint = f"{type_} is neither"
+    if wrong or lacking:
+        verb, names = ("lacks", lacking) if lacking else ("has", wrong)
+        complaint = f"{type_} {verb} {', '.join(names)}"
+    subject = f"the status of {with_article(what)}"
+    return MessageTypeMismatch(
+        f"{subject} is a text or an enum: {complaint}", f"make it a text, or an enum {listed}"
+    )
+
+
+def _lacks_none(binding: Binding, what: str, commanded: bool) -> str:
+    """What None stands for in an element that must have it; empty for others."""
+    call = binding.call[0]
+    if call == "action_server" or (call == "service_server" and not commanded):
+        return ""
+    if not commanded:
+        return "is what there is before the first"
+    if call == "service_server":
+        return "says that the next call may come"
+    return "cancels the goal" if what == "action" else "says that nothing is called"
+
+
+def _part_by_key(
+    binding: Binding, type_: Type, *, commanded: bool
+) -> MessagePart | MessageTypeMismatch:
+    """The part that a function makes, or that a field holds; its numbers are SI's, as REP 103."""
+    if binding.through:
+        return MessagePart("message")
+    for shape in kind(type_).shapes(type_):
+        return MessagePart("scalar" if shape in _WORDS_OF_SCALARS else shape, binding.field)
+    return MessageTypeMismatch(
+        f"{type_} is no field of a message", "name a function under `through:` that converts"
+    )
 
 
 def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | MessageTypeMismatch:
     """The part of a binding's messages that holds the element's value, or why there is none."""
-    if binding.action:
-        return _part_of_action(binding, type_, commanded=commanded)
+    if binding.call[0]:
+        return _part_of_call(binding, type_, commanded=commanded)
     if isinstance(type_, OptionalOf) and not (commanded or binding.through):
         return part_of(binding, type_.value, commanded=commanded)
     if binding.tf:
@@ -170,8 +266,8 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
             f"{type_} is not the transform from {binding.tf[0]} to {binding.tf[1]}",
             f'make it "{wanted}", or name the frames that it is between',
         )
-    if binding.through:
-        return MessagePart("message")
+    if binding.through or binding.field:
+        return _part_by_key(binding, type_, commanded=commanded)
     message = short_message_type(binding.message)
     parts = MESSAGES.get(message)
     if parts is None:

@@ -53,7 +53,10 @@ _OF_A_MODEL = (
     "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
 )  # fmt: skip
 
-_OF_TOPICS = ("topic", "message", "qos", "tf", "action", "part")
+_OF_TOPICS = (
+    "topic", "message", "qos", "tf", "action", "action_server", "service", "service_server", "part",
+    "field", "when_busy", "answer_within_s",
+)  # fmt: skip
 
 _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
 from specc.analysis.ros2 import (
+    CALLS,
     JOINT_STATE,
     MessageTypeMismatch,
     frames_of,
@@ -15,7 +16,7 @@ from specc.analysis.ros2 import (
     short_message_type,
 )
 from specc.diagnostics import Diagnostic, Related
-from specc.diagnostics.phrases import counted
+from specc.diagnostics.phrases import counted, with_article
 from specc.model.system import PLANT
 from specc.model.types import OptionalOf, Vector
 from specc.source import Place
@@ -31,6 +32,7 @@ def topics_fit(facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
+_OF_CALLS = ("part", "when_busy", "answer_within_s")
 _OF_A_MODEL = ("sensors", "actuators", "camera", "image", "noise", "depth_noise")
 """Of bindings to parts of a model."""
 _MOST_KEPT = 1000
@@ -49,11 +51,14 @@ def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
     if bound.is_commanded and binding.max_gap_s is not None:
         why = f"`{name}` is commanded: `max_gap` is for what a device reports"
         return why, "delete `max_gap`"
+    if binding.through and binding.field:
+        why = f"`{name}` is a field of the message, and what a function makes of it"
+        return why, "delete `field`, or `through`"
     if not binding.tf:
-        return _action_complaint(bound) if binding.action else _topic_complaint(bound)
+        return _call_complaint(bound) if binding.call[0] else _topic_complaint(bound)
     if bound.is_commanded:
         return f"`{name}` is commanded, and transforms are only read", "publish a pose on a topic"
-    others = ("topic", "action", "message", "part", "qos", "joints", "through")
+    others = ("topic", *CALLS, "message", "part", "qos", "joints", "through", "field", *_OF_CALLS)
     if key := first_key(binding, others):
         return f"`{key}` says nothing of a transform of tf2", f"delete `{key}`"
     return None
@@ -66,8 +71,11 @@ def _topic_complaint(bound: BoundElement) -> tuple[str, str] | None:
         return f"`{name}` has no `topic`", "add `topic:`, e.g. `topic: /joint_states`"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: sensor_msgs/JointState`"
-    if binding.part:
-        return f"`part` of `{name}` is for actions", "add `action:`, or delete `part`"
+    if key := first_key(binding, _OF_CALLS):
+        why = f"`{key}` of `{name}` is for actions and services"
+        return why, f"add `action:` or `service:`, or delete `{key}`"
+    if binding.field and binding.joints:
+        return f"`joints` of `{name}` are in fields that are known", "delete `field`"
     if binding.joints and short_message_type(binding.message) != JOINT_STATE:
         return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
     qos = dict(binding.qos)
@@ -80,43 +88,108 @@ def _topic_complaint(bound: BoundElement) -> tuple[str, str] | None:
     return None
 
 
-def _action_complaint(bound: BoundElement) -> tuple[str, str] | None:
-    """Why a binding to an action is wrong, and a help text; None if it is right."""
+def _call_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding to an action or a service is wrong, and a help text; None if it is right."""
     name, binding = bound.element.name, bound.binding
+    call = binding.call[0]
+    assert call, "the caller knows that it is a part of one"
+    parts, what = CALLS[call], with_article(call.replace("_", " "))
+    known = parts.commanded if bound.is_commanded else (*parts.reported, parts.given_back)
+    listed = ", ".join(filter(None, known))
+    if other := first_key(binding, tuple(each for each in CALLS if each != call)):
+        return f"`{name}` is a part of two: `{call}` and `{other}`", f"delete `{other}`"
     if key := first_key(binding, ("topic", "qos", "joints")):
-        return f"`{key}` is for topics, and `{name}` is a part of an action", f"delete `{key}`"
+        return f"`{key}` is for topics, and `{name}` is a part of {what}", f"delete `{key}`"
     if not binding.part:
-        return "an action has several parts", "add `part:` goal, status, feedback or result"
+        return f"{what} has several parts", f"add `part:` with one of these: {listed}"
     if not binding.message:
         return f"`{name}` has no `type`", "add `type:`, e.g. `type: control_msgs/GripperCommand`"
-    if bound.is_commanded and binding.part != "goal":
-        why = f"`{name}` is commanded, and the {binding.part} of an action is not"
-        return why, "commanded is its `goal`; reported are `status`, `feedback` and `result`"
-    if binding.through and binding.part == "goal" and not bound.is_commanded:
-        why = f"`{name}` is the goal that was commanded, and no message"
-        return why, "delete `through`"
+    if binding.part not in known:
+        verb = "commanded" if bound.is_commanded else "reported"
+        why = f"`{name}` is {verb}, and the {binding.part} of {what} is not"
+        return why, f"{verb} parts of {what} are {listed}"
+    is_asked = call.endswith("_server") and binding.part == "request"
+    is_message = not (binding.part in ("status", "cancel") or _is_given_back(bound))
+    if not is_message and (key := first_key(binding, ("through", "field"))):
+        value = "what was commanded" if _is_given_back(bound) else "a word of its own"
+        return f"`{name}` is {value}, and no message", f"delete `{key}`"
+    if binding.when_busy and not (is_asked and call == "action_server"):
+        return "`when_busy` says how goals of an action server come", "delete `when_busy`"
+    if binding.answer_within_s and not (binding.part == "request" and not _is_given_back(bound)):
+        return "`answer_within` is for requests", "write it at the binding of `request`"
+    if is_asked and binding.initial is None:
+        why = f"`{name}` has no value until somebody asks"
+        return why, f'make it an "optional[{bound.element.type}]", or add `init:`'
     return None
 
 
-def goals_given_back(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505, E0521: a goal that is given back is one that an element commands, of its type."""
-    goals = [bound for bound in _topics(facts) if bound.binding.part == "goal"]
-    commanded = {bound.binding.action: bound for bound in goals if bound.is_commanded}
-    for bound in goals:
-        if bound.is_commanded:
+def _is_given_back(bound: BoundElement) -> bool:
+    """Whether an element is what the device of an action or a service has taken last."""
+    call, part = bound.binding.call[0], bound.binding.part
+    return bool(call and part == CALLS[call].given_back and not bound.is_commanded)
+
+
+def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505: what others call is asked and answered once, and by the same type."""
+    served: dict[tuple[str, str], list[BoundElement]] = {}
+    for bound in _topics(facts):
+        call, name = bound.binding.call
+        if call.endswith("_server"):
+            served.setdefault((call, name), []).append(bound)
+    for (kind, name), parts in served.items():
+        first, seen = parts[0], {bound.binding.part: bound for bound in parts[::-1]}
+        answer = "status" if kind == "action_server" else "response"
+        what = kind.replace("_", " ")
+        for lacking in (part for part in ("request", answer) if part not in seen):
+            yield Diagnostic(
+                "E0505",
+                f"the {what} {name} has no `{lacking}`: "
+                + ("nobody can ask" if lacking == "request" else "nobody is answered"),
+                first.binding.place,
+                help=f"bind an element to `{kind}: {name}` with `part: {lacking}`",
+            )
+        for bound in parts:
+            message = short_message_type(bound.binding.message)
+            if message != short_message_type(first.binding.message):
+                yield Diagnostic(
+                    "E0505",
+                    f"{name} is of type {first.binding.message} and of type "
+                    f"{bound.binding.message}",
+                    _place(bound),
+                    related=(Related(first.binding.place, "the first one"),),
+                    help="give all parts the same `type`",
+                )
+            elif seen[bound.binding.part] is not bound:
+                yield Diagnostic(
+                    "E0505",
+                    f"the {bound.binding.part} of {name} is bound twice",
+                    bound.binding.place,
+                    related=(Related(seen[bound.binding.part].binding.place, "the first one"),),
+                    help="delete one of the two",
+                )
+
+
+def calls_given_back(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505, E0521: what is given back of a call is what an element commands, of its type."""
+    topics = list(_topics(facts))
+    commanded = {
+        (bound.binding.call, bound.binding.part): bound for bound in topics if bound.is_commanded
+    }
+    for bound in topics:
+        if not _is_given_back(bound):
             continue
-        action, type_ = bound.binding.action, bound.element.type
-        sender = commanded.get(action)
+        part, name, type_ = bound.binding.part, bound.binding.call[1], bound.element.type
+        sender = commanded.get((bound.binding.call, part))
         if sender is None:
-            message = f"`{bound.element.name}` gives back goals of {action}, and nobody sends any"
-            help = "bind a commanded element to the same action with `part: goal`, or delete this"
+            message = f"`{bound.element.name}` gives back {part}s of {name}, and nobody sends any"
+            help = f"bind a commanded element to {name} with `part: {part}`, or delete this"
             yield Diagnostic(
                 "E0505", message, bound.binding.place, related=(_type(bound),), help=help
             )
         elif sender.element.type != type_:
             yield Diagnostic(
                 "E0521",
-                f"{type_} is not the goal that `{sender.element.name}` commands",
+                f"{type_} is not the {part} that `{sender.element.name}` commands",
                 _place(bound),
                 related=(_type(bound), _type(sender)),
                 help=f'make it "{sender.element.type}"',

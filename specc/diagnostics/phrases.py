@@ -14,6 +14,11 @@ def join_words(names: Iterable[str], word: str) -> str:
     return f"{', '.join(most)} {word} {last}" if most else last
 
 
+def with_article(noun: str) -> str:
+    """A noun with its article: `an action`, `a service`."""
+    return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
+
+
 def counted(count: int, noun: str) -> str:
     """A count with its noun: `1 error`, `2 errors`."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

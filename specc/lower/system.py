@@ -109,7 +109,8 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
     binding, type_ = bound.binding, bound.element.type
     numbers = type_.value if isinstance(type_, OptionalOf) else type_
     part = part_of(binding, type_, commanded=bound.is_commanded)
-    where = binding.topic or binding.action or ("/tf" if binding.tf else "")
+    interface, called = binding.call
+    where = binding.topic or called or ("/tf" if binding.tf else "")
     if not where or isinstance(part, MessageTypeMismatch):
         return ""
     known = dict(ros2.frames)
@@ -121,7 +122,10 @@ def _topic(bound: BoundElement, ros2: Ros2, imports: Imports) -> str:
         "frames": () if binding.tf else frames,
         "between": tuple(name for _, name in frames) if binding.tf else (),
         "qos": binding.qos,
+        "interface": interface,
         "part": binding.part,
+        "when_busy": binding.when_busy,
+        "answer_within_s": binding.answer_within_s and float(binding.answer_within_s),
         "is_number": part.shape == "joints" and isinstance(numbers, Real),
     }
     first = (

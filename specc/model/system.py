@@ -58,6 +58,9 @@ class Initial:
     value: Any
 
 
+CallKind = Literal["action", "action_server", "service", "service_server"]
+
+
 @dataclass(frozen=True, slots=True)
 class Binding:
     """What the plant binds to one element of a device."""
@@ -87,12 +90,25 @@ class Binding:
     tf: tuple[str, ...] = ()
     """Frames of the specification between which tf2 has the transform."""
     action: str = ""
-    part: Literal["", "goal", "status", "feedback", "result"] = ""
-    """What of the action the element is; `message` is the type of the action."""
+    part: Literal["", "goal", "status", "feedback", "result", "request", "cancel", "response"] = ""
+    """What of an action or a service the element is; `message` is the type of that."""
     panel: Widget | None = None
     """Of an element that the operator sets, and no plant."""
     initial: Initial | None = None
     """Of an element that need not have a message when a run begins."""
+    action_server: str = ""
+    service: str = ""
+    service_server: str = ""
+    field: str = ""
+    """The field of the message that is the value, a path with dots."""
+    when_busy: Literal["", "reject", "queue", "preempt"] = ""
+    answer_within_s: Fraction | None = None
+
+    @property
+    def call(self) -> tuple[CallKind | Literal[""], str]:
+        """The kind and the name of the action or service of which the element is a part."""
+        kinds: tuple[CallKind, ...] = ("action", "action_server", "service", "service_server")
+        return next(((k, getattr(self, k)) for k in kinds if getattr(self, k)), ("", ""))
 
     @property
     def name(self) -> str:

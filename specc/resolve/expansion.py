@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import combinations
 from typing import Any
 
 from specc.lang import ExprError, Members, parse_syntax
@@ -221,19 +222,74 @@ def with_machine(
         if len(sources) == 1:
             names = others.get(peer) or _names(buffer, interfaces)
             passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
-    parts: dict[str, Any] = {
-        "functions": passed,
-        "behaviours": {"functions": [NAME], "terminal": "never"},
-        "states": NAME,
-    }
-    short = {key: Desugared({NAME: part}, {NAME: here.route}) for key, part in parts.items()}
-    new, _ = desugar(short, where.file, SubsystemDef, where.route)
+    new, _ = desugar(
+        {
+            key: Desugared(parts, dict.fromkeys(parts, here.route))
+            if isinstance(parts, dict)
+            else parts
+            for key, parts in _machine(passed, _events(definition, passed.values())).items()
+        },
+        where.file,
+        SubsystemDef,
+        where.route,
+    )
     new["functions"][NAME] |= {key: value for key, value in here.mapping.items() if key != "rule"}
     new["initial_state"] = NAME
     machine = SubsystemDef.model_validate(new)
     definition = definition.model_copy(update={key: getattr(machine, key) for key in new})
     rest = {key: value for key, value in where.mapping.items() if key not in _MACHINE_KEYS}
     return definition, where.with_content(rest | new)
+
+
+def _events(definition: SubsystemDef, passed: Collection[str]) -> dict[str, str]:
+    """The inputs among those `passed` on that must not be missed, and what they are called."""
+    found = [
+        f"x.{peer}.{name}"
+        for peer, buffer in definition.x.items()
+        for name, element in buffer.elements.items()
+        if element.event and f"x.{peer}.{name}" in passed
+    ]
+    return {source: source.replace("x.", "").replace(".", "_") for source in found}
+
+
+def _machine(passed: Mapping[str, str], events: Mapping[str, str]) -> dict[str, Any]:
+    """The machine that writes `passed` in each period, but events only when they come.
+
+    It has a state for each set of events that come at once.
+    """
+    functions: dict[str, dict[str, str]] = {
+        NAME: {target: source for target, source in passed.items() if source not in events}
+    }
+    for event, name in events.items():
+        functions[f"{NAME}_{name}"] = {t: source for t, source in passed.items() if source == event}
+    sets = [
+        chosen for size in range(len(events) + 1) for chosen in combinations(events.values(), size)
+    ]
+    states = ["_".join((NAME, *chosen)) for chosen in sets]
+    if not events:
+        behaviour = {"functions": [NAME], "terminal": "never"}
+        return {"functions": functions, "behaviours": {NAME: behaviour}, "states": {NAME: NAME}}
+    come = {
+        "_and_".join((*chosen, "come")): " and ".join(
+            f"fresh({event})" if name in chosen else f"not fresh({event})"
+            for event, name in events.items()
+        )
+        for chosen in sets[1:]
+    }
+    return {
+        "functions": functions,
+        "behaviours": {
+            state: {"functions": [NAME, *(f"{NAME}_{n}" for n in chosen)], "terminal": "always"}
+            for state, chosen in zip(states, sets, strict=True)
+        },
+        "states": {state: state for state in states},
+        "conditions": {"initial": come},
+        "transitions": [
+            [state, "terminal", condition, target]
+            for state in states
+            for condition, target in zip(("otherwise", *come), states, strict=True)
+        ],
+    }
 
 
 def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[str]:

@@ -31,6 +31,8 @@ _KINDS: dict[Literal["hold", "range"], tuple[PanelKind, ...]] = {
     "range": ("slider", "number"),
 }
 """Keys that only some kinds have."""
+_OF_MESSAGES = ("topic", "tf", "action", "action_server", "service", "service_server")
+"""Keys of bindings whose values come in messages."""
 
 
 def resolve_panel(
@@ -42,7 +44,7 @@ def resolve_panel(
     """
     kind, findings = item.panel, expressions.findings
     if not kind:
-        has_messages = bool(item.topic or item.tf or item.action)
+        has_messages = any(getattr(item, name) for name in _OF_MESSAGES)
         for name in ("hold", "range", "init", "key"):
             if name in item.given_keys and not (name == "init" and has_messages):
                 others = "topics of ROS 2 and for " if name == "init" else ""

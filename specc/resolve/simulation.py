@@ -6,10 +6,10 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Se
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from specc.diagnostics.phrases import join_words
+from specc.diagnostics.phrases import join_words, with_article
 from specc.lang import ExprError, Scope
 from specc.lang.kinds import kind
-from specc.model.expr import Expr, Nothing, Number, Truth
+from specc.model.expr import FALSE, Expr, Nothing, Number, Truth
 from specc.model.fsm import Trace
 from specc.model.requirement import Requirement, has_future
 from specc.model.system import (
@@ -434,12 +434,12 @@ def resolve_plant(
         device, _, element = name.rpartition(".")
         binding = _binding(device, element, item, at, expressions)
         panel = resolve_panel(item, at, reported.get(name), expressions)
-        initial = None if item.panel else _initial(name, item, at, agents, expressions)
+        initial = None if item.panel else _initial(name, binding, item, at, agents, expressions)
         binding = replace(binding, panel=panel, initial=initial)
         # A message comes when its sender sends one.
         always = (
             definition.ros2 is not None
-            and bool(item.topic or item.action or item.tf)
+            and bool(item.topic or item.tf or binding.call[0])
             and item.rate is None
         )
         bindings.append(replace(binding, sporadic=True) if always else binding)
@@ -522,31 +522,48 @@ def _binding(
         (item.tf.parent, item.tf.child) if item.tf else (),
         item.action,
         item.part,
+        action_server=item.action_server,
+        service=item.service,
+        service_server=item.service_server,
+        field=item.field,
+        when_busy=item.when_busy,
+        answer_within_s=duration_in(item, at, "answer_within", findings),
     )
 
 
 def _initial(
-    name: str, item: BindingDef, at: YamlNode, agents: tuple[Agent, ...], expressions: Expressions
+    name: str,
+    binding: Binding,
+    item: BindingDef,
+    at: YamlNode,
+    agents: tuple[Agent, ...],
+    expressions: Expressions,
 ) -> Initial | None:
     """What an element is until its first message, if it need not have one; reports what is wrong.
 
     An element that no device has is a matter of `specc.checks`.
     """
     findings, element = expressions.findings, reported_elements(agents).get(name)
-    if not (item.topic or item.tf or item.action):
+    call, _ = binding.call
+    if not (item.topic or item.tf or call):
         return None
-    if item.init is not None and (item.action or element is None):
+    is_client = call in ("action", "service")
+    if item.init is not None and (is_client or element is None):
         commanded = {f"{d.qualified_name}.{e.name}" for a in agents for d in a.devices for e in d.x}
         short = name.rpartition(".")[2]
-        if item.action:
-            message = f"`{short}` is a part of an action, and `init` is for topics"
+        if is_client:
+            message = (
+                f"`{short}` is a part of {with_article(call)}, and `init` is for what others send"
+            )
             findings.report("E0505", message, at["init"].key, help="delete `init`")
         elif name in commanded:
             message = f"`{short}` is commanded: `init` is for what a device reports"
             findings.report("E0505", message, at["init"].key, help="delete `init`")
         return None
-    if element is None or item.action:
+    if element is None or is_client:
         return None
+    if item.init is None and item.part == "cancel":
+        return Initial(FALSE, False)
     if item.init is None:
         is_optional = isinstance(element.type, OptionalOf)
         return Initial(Nothing(type=element.type), None) if is_optional else None

@@ -13,10 +13,12 @@ from specc.schema.keys import (
     OF_EACH,
     OTHERS,
     SCALARS,
+    AnswerText,
     ArgumentText,
     ConstantText,
     Denoted,
     FieldName,
+    FieldPath,
     FilePath,
     GapText,
     ListForm,
@@ -178,7 +180,8 @@ class TfDef(SpecModel):
 
 class BindingDef(
     ReadingDef,
-    first="for topic tf action type part actuators joints sensors camera image rate sporadic "
+    first="for topic tf action action_server service service_server type part field when_busy "
+    "answer_within actuators joints sensors camera image rate sporadic "
     "max_gap through panel hold range init key",
 ):
     """What stands behind one element of a device in the plant."""
@@ -186,10 +189,18 @@ class BindingDef(
     topic: TopicName = key("", "Topic of ROS 2, e.g. `/joint_states`.")
     tf: TfDef | None = key(None, "Transform of tf2, e.g. `{from: B, to: E}`.")
     action: TopicName = key("", "Action of ROS 2, e.g. `/gripper/grasp`.")
+    action_server: TopicName = key("", "Action that others call, e.g. `/pick`.")
+    service: TopicName = key("", "Service of ROS 2, e.g. `/lamp/switch`.")
+    service_server: TopicName = key("", "Service that others call, e.g. `~/pause`.")
     type: MessageName = key("", "Type of its messages, e.g. `sensor_msgs/JointState`.")
-    part: Literal["", "goal", "status", "feedback", "result"] = key(
-        "", "What of an action the element is."
+    part: Literal["", "goal", "status", "feedback", "result", "request", "cancel", "response"] = (
+        key("", "What of an action or a service the element is.")
     )
+    field: FieldPath = key("", "Field of the message that is the value, e.g. `pose.position`.")
+    when_busy: Literal["", "reject", "queue", "preempt"] = key(
+        "", "What becomes of a goal that comes while another one is pursued; `reject` if left out."
+    )
+    answer_within: AnswerText | None = None
     qos: QosDef = key(QosDef, "Quality of service of the topic.")
     camera: str = key("", "Camera of the model.")
     image: Literal["", "rgb", "depth"] = key("", "What the camera records.")

@@ -392,9 +392,15 @@ def _node_fault(value: str) -> Fault | None:
     return None if "~" not in value and not topic_fault(value) else topic_fault("")
 
 
+def _field_fault(value: str) -> Fault | None:
+    if re.fullmatch(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*", value):
+        return None
+    return "is no field of a message", "write its name, below others with dots: `pose.position`"
+
+
 def message_fault(value: str) -> Fault | None:
     """Why a text is not a type of messages or of an action, and a help text."""
-    if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action)/)?[A-Z][A-Za-z0-9]*", value):
+    if re.fullmatch(r"[a-z][a-z0-9_]*/((msg|action|srv)/)?[A-Z][A-Za-z0-9]*", value):
         return None
     return "is not a type of messages", "write `package/Type`, e.g. `sensor_msgs/JointState`"
 
@@ -498,8 +504,13 @@ WaitText = Annotated[
         "How long topics may have no first message when a run begins, e.g. `5 s`.", "5 s", "500 ms"
     ),
 ]
+AnswerText = Annotated[
+    str,
+    _quantity("How long a caller waits for an answer, 1 s if left out, e.g. `500 ms`.", "1 s"),
+]
 TopicName = Annotated[str, Text(fault=topic_fault, examples=("/joint_states", "~/state"))]
 NodeName = Annotated[str, Text(fault=_node_fault)]
+FieldPath = Annotated[str, Text(fault=_field_fault, examples=("data", "pose.position"))]
 MessageName = Annotated[
     str,
     Text(

@@ -49,11 +49,17 @@ def arm(ros: str) -> Iterator[Start]:
 
 def says(process: subprocess.Popen[str], wanted: str) -> bool:
     """Whether a process that was started prints this line; one that does not in time is ended."""
+    return lines(process, wanted)[-1:] == [wanted]
+
+
+def lines(process: subprocess.Popen[str], last: str, wait_s: float = 60.0) -> list[str]:
+    """What a process that was started prints up to this line; it is ended if that is not in time."""
     assert process.stdout is not None
-    ending = Timer(60.0, process.kill)
+    ending = Timer(wait_s, process.kill)
     ending.start()
-    lines = iter(process.stdout.readline, "")
-    found = any(line == f"{wanted}\n" for line in lines)
+    found: list[str] = []
+    while found[-1:] != [last] and (line := process.stdout.readline()):
+        found.append(line.rstrip("\n"))
     ending.cancel()
     return found
 

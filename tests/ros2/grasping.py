@@ -14,3 +14,8 @@ def goal(steps: int | None) -> dict[str, int]:
 def last(message: Any) -> int:
     """The last number of a feedback or a result."""
     return int(message.sequence[-1])
+
+
+def feedback(steps: int) -> dict[str, list[int]]:
+    """The feedback of so many steps."""
+    return {"sequence": [steps]}

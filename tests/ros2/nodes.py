@@ -6,19 +6,26 @@ The first argument names the node, the others are its own.
 from __future__ import annotations
 
 import sys
+import threading
 import time
+from collections import Counter
 from contextlib import suppress
+from functools import partial
+from random import Random
+from typing import Any
 
 import rclpy
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Empty, Float64MultiArray, String
+from std_srvs.srv import SetBool, Trigger
 from test_msgs.action import Fibonacci
 
 
@@ -147,14 +154,122 @@ class Driver(Node):
             self._left -= self._states.get_subscription_count()
 
 
+def switch(service: str, *outcomes: str) -> list[Node]:
+    """Answers each call: `succeed` or `fail` at once, `slow` after 0.6 s; then it is gone."""
+    node, left = rclpy.create_node("switch"), list(outcomes)
+
+    def asked(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        outcome = left.pop(0)
+        print(outcome, request.data, flush=True)
+        if outcome == "slow":
+            time.sleep(0.6)
+        response.success = outcome == "succeed"
+        if not left:
+            node.create_timer(0.1, partial(node.destroy_service, served))
+        return response
+
+    served = node.create_service(SetBool, service, asked)
+    return [node]
+
+
+def presser(service: str, count: str) -> list[Node]:
+    """Calls a `Trigger` so often, one call after another; says how each was answered."""
+    node = rclpy.create_node("presser")
+    client = node.create_client(Trigger, service)
+
+    def press() -> None:
+        assert client.wait_for_service(20.0)
+        for _ in range(int(count)):
+            print(client.call(Trigger.Request()).success, flush=True)
+            time.sleep(0.7)
+        print("done", flush=True)
+
+    threading.Thread(target=press, daemon=True).start()
+    return [node]
+
+
+def client(action: str, count: str, seed: str) -> list[Node]:
+    """Commands, pre-empts and cancels goals of an action, one by one; says what is wrong, and in
+    the end how many goals have ended in each way.
+    """
+    node = rclpy.create_node("client")
+    threading.Thread(target=Caller(node, action, int(count), Random(seed)).run).start()
+    return [node]
+
+
+class Caller:
+    """Goals beyond `LARGEST` have to be rejected; those that succeed have their order as result."""
+
+    LARGEST = 50
+
+    def __init__(self, node: Node, action: str, count: int, random: Random) -> None:
+        self._client = ActionClient(node, Fibonacci, action)
+        self._count, self._random = count, random
+        self._ends: Counter[str] = Counter()
+        self._results: Counter[int] = Counter()
+        """How many results each goal has had."""
+
+    def run(self) -> None:
+        """Have all goals end."""
+        assert self._client.wait_for_server(20.0)
+        preempted: list[Future] = []
+        for number in range(self._count):
+            order = 60 if number % 8 == 5 else self._random.randint(1, 9)
+            handle = self._done(self._client.send_goal_async(Fibonacci.Goal(order=order)))
+            if not handle.accepted:
+                self._ends["rejected"] += 1
+                continue
+            if order > self.LARGEST:
+                print(f"goal {number} of {order} was accepted", flush=True)
+            result = handle.get_result_async()
+            result.add_done_callback(partial(self._ended, number, order))
+            time.sleep(self._random.uniform(0.0, 0.15))
+            if self._random.random() < 0.3:
+                preempted.append(result)
+                continue
+            if self._random.random() < 0.5:
+                time.sleep(0.4)
+            if not result.done():
+                self._done(handle.cancel_goal_async())
+            self._done(result)
+        for result in preempted:
+            if not result.done():
+                time.sleep(1.0)
+        known = self._ends.total()
+        if known != self._count or set(self._results.values()) - {1}:
+            print(f"{known} of {self._count} goals have ended: {self._results}", flush=True)
+        print("ends", *sorted(self._ends), flush=True)
+        print("done", flush=True)
+
+    def _ended(self, number: int, order: int, done: Future) -> None:
+        outcome, status = done.result(), GOAL_STATUS.get(done.result().status, "?")
+        self._results[number] += 1
+        self._ends[status] += 1
+        if status == "succeeded" and list(outcome.result.sequence) != [order]:
+            print(f"goal {number} of {order} has {outcome.result}", flush=True)
+
+    def _done(self, future: Future) -> Any:
+        """What has become of a future, which another thread completes."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        if not done.wait(10.0):
+            print("a call hangs", flush=True)
+            print("done", flush=True)
+            raise SystemExit
+        return future.result()
+
+
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
 NODES = {
     "asker": asker,
+    "client": client,
     "commander": commander,
     "joints": joints,
     "latched": latched,
+    "presser": presser,
     "server": server,
+    "switch": switch,
 }
 
 

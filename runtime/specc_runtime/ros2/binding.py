@@ -24,6 +24,9 @@ Shape = Literal[
 """What the part of a message that has the value consists of; see `specc_runtime.ros2.messages`."""
 
 
+_OF_CALLS = ("interface", "part", "when_busy", "answer_within_s")
+
+
 @dataclass(frozen=True, slots=True)
 class Ros2Topic:
     """One element of a device, and the messages that it is read from or sent as.
@@ -39,8 +42,13 @@ class Ros2Topic:
         frames: fields that hold a coordinate frame, and the frame that they must have.
         qos: options of the quality of service that are not the usual ones.
         is_number: the vector is a number, of one joint.
-        part: of an action, whose name and type stand for those of a topic: its "goal", "status",
-            "feedback" or "result".
+        interface: "action", "action_server", "service" or "service_server", whose name and type
+            then stand for those of a topic.
+        part: of such an interface: "goal", "status", "feedback", "result", "request", "cancel" or
+            "response".
+        when_busy: of a request to an action server: whether it is to "reject", "queue" or "preempt"
+            while another goal is pursued.
+        answer_within_s: of a request: how long whoever asks waits for the answer.
         between: frames of ROS, from the first to the second of which tf2 has the transform.
     """
 
@@ -54,13 +62,21 @@ class Ros2Topic:
     frames: tuple[tuple[str, str], ...] = ()
     qos: tuple[tuple[str, str | int], ...] = ()
     is_number: bool = False
+    interface: str = ""
     part: str = ""
+    when_busy: str = "reject"
+    answer_within_s: float = 1.0
     between: tuple[str, ...] = ()
+
+    @property
+    def is_call(self) -> bool:
+        """Whether it is a part of an action or a service that the agent calls."""
+        return self.interface in ("action", "service")
 
     @property
     def config(self) -> dict[str, Any]:
         """What the node is told of it."""
-        keys = ("name", "topic", "type", "commanded", "joints", "part", "between")
+        keys = ("name", "topic", "type", "commanded", "joints", "between", *_OF_CALLS)
         every = asdict(self)
         field = self.path if self.shape == "joints" else ""
         return {key: every[key] for key in keys} | {"qos": dict(self.qos), "field": field}

@@ -1,4 +1,4 @@
-"""The goals that a run gives to an action, and which of what is reported belongs to the last."""
+"""What a run asks of an action or a service, and which of what is reported belongs to the last."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from specc_runtime.plant import NO_SAMPLE, Sample
 from specc_runtime.ros2.binding import Ros2Topic
 
 _NONE = "none"
-_ENDS = ("succeeded", "canceled", "aborted", "rejected")
+_ENDS = ("succeeded", "canceled", "aborted", "rejected", "answered", "missing", "late")
+_OF_SERVICES = {"request": "goal", "response": "result"}
+"""Parts of a service, and those of an action that they are like."""
 
 
 class Goals:
-    """The goals of one action, numbered from 1 on. The node reports values with these numbers.
+    """The goals of one action, or the requests to one service, numbered from 1 on. The node reports
+    values with these numbers.
 
     The first value after None, or a value that differs from the last one, is a new goal. From then
     on nothing is given of earlier goals: the next sample of the status is "none", and those of
@@ -22,8 +25,8 @@ class Goals:
     """
 
     def __init__(self, topics: Iterable[Ros2Topic]) -> None:
-        """`topics` are the parts of the action that are reported."""
-        self._parts = {topic.name: topic.part for topic in topics}
+        """`topics` are the parts that are reported."""
+        self._parts = {topic.name: _OF_SERVICES.get(topic.part, topic.part) for topic in topics}
         self._goal: Any = None
         self._number = 0
         self._has_ended = False
@@ -69,10 +72,12 @@ class Goals:
 
 
 def goals_of(topics: Iterable[Ros2Topic]) -> Mapping[str, Goals]:
-    """The goals of all actions, by the names of their elements, commanded ones as well."""
-    parts = [topic for topic in topics if topic.part]
+    """The goals of all actions and services that are called, by the names of their elements,
+    commanded ones as well.
+    """
+    parts = [topic for topic in topics if topic.is_call]
     found = {
-        action: Goals(t for t in parts if t.topic == action and not t.commanded)
-        for action in {topic.topic for topic in parts}
+        call: Goals(t for t in parts if (t.interface, t.topic) == call and not t.commanded)
+        for call in {(topic.interface, topic.topic) for topic in parts}
     }
-    return {topic.name: found[topic.topic] for topic in parts}
+    return {topic.name: found[topic.interface, topic.topic] for topic in parts}

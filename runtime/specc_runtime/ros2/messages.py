@@ -261,12 +261,8 @@ def _never(value: Any) -> Any:
     raise PlantError("cameras are not told what they are")
 
 
-def _not_sent(value: Any) -> Any:
-    raise PlantError("that a message came is only read")
-
-
 _SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "arrival": (lambda message: True, _not_sent),
+    "arrival": (lambda message: True, lambda value: {}),
     "scalar": (_itself, _itself),
     "vector": (lambda numbers: np.array(numbers, dtype=np.float64), lambda value: value.tolist()),
     "tuple": (tuple, list),
@@ -279,4 +275,5 @@ _SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "depth": (_depth, _written_depth),
     "camera": (lambda k: np.array([k[0], k[4], k[2], k[5]], dtype=np.float64), _never),
 }
-"""How each shape is read and written; `camera` are fx, fy, cx, cy of the matrix K, in pixels."""
+"""How each shape is read and written; `camera` are fx, fy, cx, cy of the matrix K, in pixels;
+`arrival` is a message without fields."""

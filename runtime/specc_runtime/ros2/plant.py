@@ -27,6 +27,7 @@ START_S = 10.0
 """How long the Python of ROS may take to start, and rclpy to be imported."""
 
 Convert = Callable[[Any], Any]
+_SERVED_STATUS = "action_server", "status"
 
 
 class Ros2Plant(HostedPlant):
@@ -47,6 +48,9 @@ class Ros2Plant(HostedPlant):
         super().__init__(system, setup, decode=decode, encode=encode, optional=frozenset(optional))
         self._goals = goals_of(topics)
         self._eager |= self._goals.keys()
+        self._statuses: dict[str, Any] = {}
+        """What the agent says of served goals in this tick: behind their results, in any order."""
+        self._status_parts = {t.name for t in topics if (t.interface, t.part) == _SERVED_STATUS}
         self._is_simulated = system.plant.ros2.use_sim_time
         self._clock_s = 0.0
         self._begin_s: float | None = None
@@ -63,8 +67,18 @@ class Ros2Plant(HostedPlant):
         """See `HostedPlant`."""
         if self._begin_s is None:
             self._begin_s = time.monotonic()
+        for name, value in self._statuses.items():
+            super().actuate(name, value)
+        self._statuses.clear()
         super().advance(duration_s)
         self._look_around()
+
+    def actuate(self, name: str, value: Any) -> None:
+        """See `HostedPlant`."""
+        if name in self._status_parts and not self._is_leaving:
+            self._statuses[name] = value
+        else:
+            super().actuate(name, value)
 
     def _new_report(self, what: str) -> Mapping[str, Any]:
         """What the node has reported, by elements, since the last call; nothing if that is old."""
@@ -179,7 +193,7 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     besides = (CLOCK,) if ros2.use_sim_time else ()
     if initialized:
         besides = (*besides, WRONG)
-    if any(topic.commanded and not topic.part for topic in topics):
+    if any(topic.commanded and not topic.interface for topic in topics):
         besides = (*besides, OTHERS)
     setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
     return Ros2Plant(system, setup, decode=decode, encode=encode)
@@ -197,11 +211,11 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
         made = None if function is None else partial(_made, topic.name, function)
         if topic.commanded:
             encode[topic.name] = _after(made, partial(message_of, topic))
-            if topic.part:
+            if topic.interface:
                 encode[topic.name] = _unless_none(encode[topic.name])
         else:
             decode[topic.name] = _after(partial(value_of, topic), made)
-            if topic.part:
+            if topic.is_call:
                 decode[topic.name] = _numbered(_unless_none(decode[topic.name]))
     return decode, encode
 
@@ -226,8 +240,11 @@ def _told_only(ros2: Ros2) -> set[str]:
 
 
 def is_given_back(topic: Ros2Topic) -> bool:
-    """Whether an element is the goal that an action has; the agent knows it without the node."""
-    return topic.part == "goal" and not topic.commanded
+    """Whether an element is what an action or a service was asked last; the agent knows that
+    without the node.
+    """
+    given = {"action": "goal", "service": "request"}
+    return given.get(topic.interface) == topic.part and not topic.commanded
 
 
 def _numbered(convert: Convert) -> Convert:

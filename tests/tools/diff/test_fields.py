@@ -35,6 +35,7 @@ SPECS = (
     "tests/cases/plant/ok-panel.yaml",
     "tests/cases/plant/ok-scenarios.yaml",
     "tests/cases/plant/ok-ros2-published.yaml",
+    "tests/ros2/skill.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/plant/ok-ros2-initial.yaml",
     "tests/cases/structure/ok-silence.yaml",

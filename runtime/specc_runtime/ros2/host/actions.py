@@ -59,6 +59,9 @@ class Action:
         for part, value in (("status", NONE), ("feedback", None), ("result", None)):
             self._tell(part, 0, value)
 
+    waiting = 0
+    """Callbacks that wait for the agent."""
+
     @property
     def is_there(self) -> bool:
         """Whether somebody serves it."""

@@ -6,9 +6,11 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any
 
 import rclpy
+from rclpy.action import get_action_names_and_types
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -20,9 +22,12 @@ from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
+from specc_runtime.ros2.host.services import CalledService, ServedService
+from specc_runtime.ros2.host.serving import ServedAction
 from specc_runtime.ros2.host.stamps import measured_at
 from specc_runtime.ros2.host.transforms import Transforms
 
+Call = Action | CalledService | ServedAction | ServedService
 Samples = list[tuple[str, object, float]]
 """Names of elements, plain values, and when they were measured: s of `time.monotonic()`."""
 _STEP_S = 0.05
@@ -59,11 +64,11 @@ class NodeDevices:
         self._context = rclpy.Context()
         self._samples: Samples = []
         self._publishers: dict[str, Any] = {}
-        self._actions: dict[str, Action] = {}
-        """By their names in ROS."""
+        self._calls: dict[tuple[str, str], Call] = {}
+        """Actions and services, by the kinds and the names of their interfaces."""
         self._transforms: Transforms | None = None
-        self._goals: dict[str, Action] = {}
-        """By the elements that their goals follow."""
+        self._commands: dict[str, Callable[[Any], None]] = {}
+        """What takes the values of elements that are parts of these."""
         self._waiting: dict[str, dict[str, Any]] = {}
         self._strangers: dict[str, list[str]] = {}
         """By elements: the joints of messages that were passed over."""
@@ -95,8 +100,8 @@ class NodeDevices:
         for topic in config["topics"]:
             if topic["between"]:
                 continue
-            if topic["part"]:
-                self._act(node, topic, config["topics"])
+            if topic["interface"]:
+                self._connect(node, topic, config["topics"])
             elif topic["commanded"]:
                 self._advertise(node, topic)
                 self._commanded[topic["name"]] = self._publishers[topic["name"]]
@@ -117,10 +122,10 @@ class NodeDevices:
     def poll(self, timeout_s: float) -> Samples:
         """New samples; waits for the first at most that long. Raises DeviceError."""
         assert self._executor is not None, "poll comes after open"
-        self._executor.spin_once(timeout_sec=timeout_s)
+        self._spin(timeout_s)
         for _ in range(_MOST_AT_ONCE):
             before = self._received
-            self._executor.spin_once(timeout_sec=0)
+            self._spin(0)
             if self._received == before:
                 break
         self._look()
@@ -137,13 +142,12 @@ class NodeDevices:
         return samples
 
     def send(self, name: str, value: Any) -> None:
-        """Publish a command, or pursue a goal, which comes with its number.
+        """Publish a command, or hand it to an action or a service.
 
         Raises DeviceError for what does not fit.
         """
-        if name in self._goals:
-            number, fields = value
-            self._goals[name].pursue(number, fields)
+        if name in self._commands:
+            self._commands[name](value)
             return
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
@@ -158,10 +162,12 @@ class NodeDevices:
         """Leave the graph; may be called twice, and without `open`."""
         if self._executor is not None:
             until_s = time.monotonic() + _SETTLED_S
-            for action in self._actions.values():
-                action.end()
+            for call in self._calls.values():
+                call.end()
             while time.monotonic() < until_s and not self._is_settled():
-                self._executor.spin_once(timeout_sec=_STEP_S)
+                self._spin(_STEP_S)
+                for call in self._calls.values():
+                    call.look()
             self._executor.shutdown(timeout_sec=1.0)
             self._executor = None
         if self._node is not None:
@@ -169,9 +175,19 @@ class NodeDevices:
             self._node = None
         self._context.try_shutdown()
 
+    def _spin(self, timeout_s: float) -> None:
+        """Have one thing done that is ready; waits for it at most that long.
+
+        With another timeout than before the executor first resumes each callback that waits for an
+        answer of the agent, and does nothing else in that call.
+        """
+        assert self._executor is not None, "the node is open"
+        for _ in range(1 + sum(call.waiting for call in self._calls.values())):
+            self._executor.spin_once(timeout_sec=timeout_s)
+
     def _is_settled(self) -> bool:
-        """Whether no goal or its cancelling is on its way: a goal must not outlive the run."""
-        return all(action.is_settled for action in self._actions.values())
+        """Whether nobody waits for an answer: a goal must not outlive the run."""
+        return all(call.is_settled for call in self._calls.values())
 
     def _begin(self, config: dict[str, Any]) -> Node:
         given = config.get("ros_args", [])
@@ -192,16 +208,51 @@ class NodeDevices:
         self._executor.add_node(node)
         return node
 
-    def _act(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
-        name = topic["topic"]
-        if name not in self._actions:
-            parts = {t["part"]: t["name"] for t in every if t["part"] and t["topic"] == name}
+    def _connect(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
+        """Connect an action or a service, with all its parts."""
+        interface, name, part = topic["interface"], topic["topic"], topic["part"]
+        key = interface, name
+        if key not in self._calls:
+            same = [t for t in every if (t["interface"], t["topic"]) == key]
+            self._calls[key] = self._call(node, interface, topic, same)
+            if interface in ("action", "service"):
+                self._waiting[f"{interface} {name}"] = topic
+        call = self._calls[key]
+        if not topic["commanded"]:
+            return
+        if isinstance(call, Action):
+            self._commands[topic["name"]] = lambda value: call.pursue(*value)
+        elif isinstance(call, CalledService):
+            self._commands[topic["name"]] = lambda value: call.call(*value)
+        else:
+            self._commands[topic["name"]] = partial(call.command, part)
+
+    def _call(
+        self, node: Node, interface: str, topic: dict[str, Any], same: list[dict[str, Any]]
+    ) -> Call:
+        name, type_ = topic["topic"], topic["type"]
+        parts = {t["part"]: t["name"] for t in same}
+        reported = {t["part"]: t["name"] for t in same if not t["commanded"]}
+        request = next((t for t in same if t["part"] == "request"), topic)
+        within_s = request["answer_within_s"]
+        with _opening(topic):
+            if "service" in interface:
+                where = node.resolve_service_name(name)
+                made = CalledService if interface == "service" else ServedService
+                return made(node, where, type_, reported, self._put, within_s)
             # Not every distribution remaps the topics of an action with its name.
             where = node.resolve_topic_name(name)
-            self._actions[name] = Action(node, where, topic["type"], parts, self._put)
-            self._waiting[name] = topic
-        if topic["part"] == "goal":
-            self._goals[topic["name"]] = self._actions[name]
+            if interface == "action":
+                return Action(node, where, type_, parts, self._put)
+            return ServedAction(
+                node,
+                where,
+                type_,
+                reported,
+                self._put,
+                when_busy=request["when_busy"],
+                answer_within_s=within_s,
+            )
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:
@@ -211,15 +262,15 @@ class NodeDevices:
             self._waiting.pop(_CLOCK, None)
 
         topic = {"name": _CLOCK, "topic": _CLOCK, "type": "rosgraph_msgs/Clock"}
-        none = {"commanded": False, "part": "", "between": (), "is_initialized": False}
+        none = {"commanded": False, "interface": "", "between": (), "is_initialized": False}
         self._waiting[_CLOCK] = topic | none
         qos = profile({}, commanded=False)
         node.create_subscription(interface(topic["type"]), _CLOCK, receive, qos)
 
     def _look(self) -> None:
         """Ask those that tell nothing by themselves."""
-        for action in self._actions.values():
-            action.look()
+        for call in self._calls.values():
+            call.look()
         for name, joints in self._joints.items():
             if joints.is_changed and not joints.missing:
                 self._tell_joints(name, joints)
@@ -330,7 +381,7 @@ class NodeDevices:
                 if left_s <= 0:
                     lost = [*(self._why_silent(node, topic) for topic in lacking), *wrong.values()]
                     raise DeviceError(f"after {wait_s:g} s of waiting: {'; '.join(lost)}")
-            self._executor.spin_once(timeout_sec=min(left_s, _STEP_S))
+            self._spin(min(left_s, _STEP_S))
             self._look()
             self._waiting = {n: t for n, t in self._waiting.items() if not self._is_met(n)}
 
@@ -357,8 +408,10 @@ class NodeDevices:
 
     def _is_met(self, name: str) -> bool:
         """Whether somebody serves an action or reads a command; messages come by themselves."""
-        if name in self._actions:
-            return self._actions[name].is_there
+        interface, _, called = name.partition(" ")
+        call = self._calls.get((interface, called))
+        if isinstance(call, (Action, CalledService)):
+            return call.is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
 
@@ -397,12 +450,27 @@ def _why_silent(node: Node, topic: dict[str, Any]) -> str:
     if topic["between"]:
         parent, child = topic["between"]
         return f"tf knows no transform from {parent} to {child} ({topic['name']})"
-    if topic["part"]:
-        return f"nobody serves the action {full} ({topic['name']})"
+    if topic["interface"]:
+        return _why_unserved(node, topic)
     others = _other_ends(node, topic)
     if not others:
         return f"nobody {'reads' if commanded else 'publishes'} {full} ({topic['name']})"
     return f"{full} ({topic['name']}) has {len(others)} publishers and no message"
+
+
+def _why_unserved(node: Node, topic: dict[str, Any]) -> str:
+    """Why an action or a service cannot be called: nobody serves it, or as another type."""
+    kind, name = topic["interface"], topic["name"]
+    if kind == "service":
+        full = node.resolve_service_name(topic["topic"])
+        known = dict(node.get_service_names_and_types())
+    else:
+        full = node.resolve_topic_name(topic["topic"])
+        known = dict(get_action_names_and_types(node))
+    wanted = interface_name(interface(topic["type"], "srv" if kind == "service" else "action"))
+    if others := sorted({*known.get(full, ())} - {wanted}):
+        return f"the {kind} {full} ({name}) is served as {' and '.join(others)}, not as {wanted}"
+    return f"nobody serves the {kind} {full} ({name})"
 
 
 def _other_ends(node: Node, topic: dict[str, Any]) -> list[Any]:
@@ -419,7 +487,7 @@ def _why_wrong(node: Node, topic: dict[str, Any]) -> str:
     Where no message is awaited, one publisher that fits will do, and who says that only new
     messages count means it.
     """
-    if topic["between"] or topic["part"]:
+    if topic["between"] or topic["interface"]:
         return ""
     commanded, options = topic["commanded"], topic.get("qos", {})
     where = f"{node.resolve_topic_name(topic['topic'])} ({topic['name']})"

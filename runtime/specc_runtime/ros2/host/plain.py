@@ -10,7 +10,7 @@ from specc_runtime.hosting.devices import DeviceError
 
 
 def interface(name: str, kind: str = "msg") -> Any:
-    """The class of `package/Type` or `package/msg/Type`; `kind` may be "action".
+    """The class of `package/Type` or `package/msg/Type`; `kind` may be "action" or "srv".
 
     Raises DeviceError, with the package that is missing, if this ROS does not have it.
     """
