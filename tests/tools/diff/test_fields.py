@@ -37,6 +37,7 @@ SPECS = (
     "tests/cases/plant/ok-ros2-published.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/plant/ok-ros2-initial.yaml",
+    "tests/cases/plant/ok-ros2-losses.yaml",
     "tests/cases/structure/ok-silence.yaml",
     "tests/cases/requirements/ok-contracts.yaml",
 )
