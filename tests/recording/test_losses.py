@@ -13,7 +13,7 @@ EXAMPLE = next(
     e.text for e in examples(ROOT / "docs" / "ros2.md") if "\nsystem: careful\n" in e.text
 )
 SCANNER = """\
-from specc_runtime.plant import LOST, NO_SAMPLE
+from specc_runtime import LOST, NO_SAMPLE
 
 
 class Scanner:

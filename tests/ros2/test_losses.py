@@ -33,6 +33,14 @@ def states(record: Path) -> list[str]:
     return [data["state"] for data in steps if data["before"] != data["state"]]
 
 
+def losses(record: Path) -> int:
+    """How many goals were lost before one succeeded."""
+    seen = states(record)
+    count = len(seen) // 2 - 1
+    assert seen == ["S0", "waiting"] * count + ["S0", "done"]
+    return count
+
+
 def test_topics_that_fall_silent_and_come_back(arm: Start, spec: Spec, tmp_path: Path) -> None:
     arm("moody", "/losses/a/c", "fast", program="nodes.py")
     path, record = spec(name="losses"), tmp_path / "run.mcap"
@@ -49,10 +57,8 @@ def test_a_server_that_ends_and_one_that_is_replaced(
     path, record = spec(name="restarted"), tmp_path / "run.mcap"
     assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
     assert end(server).splitlines()[:3] == ["leave", "swap", "succeed"]
-    seen = states(record)
     # A goal was lost with the server, others before there was one again, one with the next server.
-    assert seen[:-2] == ["S0", "waiting"] * (len(seen) // 2 - 1) and len(seen) >= 8
-    assert seen[-2:] == ["S0", "done"]
+    assert losses(record) >= 3
     assert main(["replay", str(record), "--spec", str(path), "--check"]) == 0
 
 
@@ -75,4 +81,4 @@ def test_a_server_that_is_killed_and_started_again(
     restarting.start()
     assert main(["run", str(path), "--cycles", "1", "--record", str(record)]) == 0
     restarting.join()
-    assert states(record) == ["S0", "waiting", "S0", "done"]
+    assert losses(record) >= 1  # others before the new one was there
