@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from specc_runtime.faults import Fault
     from specc_runtime.loading import load_system
     from specc_runtime.options import UsageError
-    from specc_runtime.plant import NO_SAMPLE, Deferred, Latest, Plant, Sample
+    from specc_runtime.plant import LOST, NO_SAMPLE, Deferred, Latest, Plant, Sample
     from specc_runtime.plants.errors import PlantError
     from specc_runtime.records import StepRecord
     from specc_runtime.system import System
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from specc_runtime.timing import Paced, RealTime
 
 __all__ = [
+    "LOST",
     "NO_SAMPLE",
     "Deferred",
     "Executor",
@@ -47,7 +48,7 @@ _HOMES = {
     "faults": ("Fault",),
     "loading": ("load_system",),
     "options": ("UsageError",),
-    "plant": ("NO_SAMPLE", "Deferred", "Latest", "Plant", "Sample"),
+    "plant": ("LOST", "NO_SAMPLE", "Deferred", "Latest", "Plant", "Sample"),
     "plants.errors": ("PlantError",),
     "records": ("StepRecord",),
     "environment": ("open_judge", "open_plant"),

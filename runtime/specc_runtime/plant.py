@@ -18,13 +18,16 @@ from specc_runtime.plants.errors import PlantError
 
 
 class NoSample(Enum):
-    """The type of `NO_SAMPLE`."""
+    """The type of `NO_SAMPLE` and `LOST`."""
 
     NO_SAMPLE = "no sample"
+    LOST = "lost"
 
 
 NO_SAMPLE: Final = NoSample.NO_SAMPLE
 """What a plant gives for an element that is bound as sporadic and has no new value."""
+LOST: Final = NoSample.LOST
+"""What it may give for one that is bound with `on_loss` if it knows that the device is lost."""
 
 
 class Sample(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 from specc_runtime.buffers import Put
 from specc_runtime.distortion import Distortion
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
-from specc_runtime.plant import NO_SAMPLE, Deferred, Sample
+from specc_runtime.plant import LOST, NO_SAMPLE, Deferred, Sample
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.records import Observer, StepRecord
@@ -26,11 +26,14 @@ class Sensor:
     A `Deferred` one stays so; it is checked when its value is computed. A sensor that is made
     `silent` has no samples, but for the one at the start. Samples have the `distortion` of now, if
     there is one.
+
+    The value that its binding gives `on_loss` is a sample as well: one, until the device is back.
+    That there is no other is seen at each time stamp: so it stays as new as that.
     """
 
     __slots__ = (
-        *("_binding", "_now_s", "_sample", "_taken_s", "count", "distortion", "measured_s", "name"),
-        *("silent", "value"),
+        *("_binding", "_is_lost", "_now_s", "_sample", "_taken_s", "count", "distortion"),
+        *("measured_s", "name", "silent", "value"),
     )
 
     def __init__(
@@ -50,6 +53,7 @@ class Sensor:
         self._now_s = now_s
         self._taken_s = 0.0
         self.measured_s = 0.0
+        self._is_lost = False
 
     @property
     def is_renewed(self) -> bool:
@@ -64,6 +68,8 @@ class Sensor:
         own: dict[str, Any] = {"count": self.count, "taken_s": self._taken_s}
         if self.measured_s != self._taken_s:
             own["measured_s"] = self.measured_s
+        if self._is_lost:
+            own["is_lost"] = True
         if (self.is_renewed and not whole) or self.value is NO_SAMPLE:
             return own
         return own | {"value": encode(self.name, self.value)}
@@ -75,6 +81,7 @@ class Sensor:
         """
         self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
         self.measured_s = float(saved.get("measured_s", self._taken_s))
+        self._is_lost = bool(saved.get("is_lost"))
         self.value = sample
         if sample is NO_SAMPLE and not self.is_renewed:
             self.count = 0
@@ -91,10 +98,10 @@ class Sensor:
         if type(value) is Sample:
             measured_s = self._measured_s(value, time_s)
             value = value.value
-        if value is NO_SAMPLE or (self.silent and self.count):
-            if why := self._refusal(time_s):
-                raise DeviceFailed(self.name, PlantError(why))
+        if value is NO_SAMPLE or value is LOST or (self.silent and self.count):
+            self._go_without(time_s, is_told=value is LOST)
             return
+        self._is_lost = False
         if type(value) is Deferred:
             reference = value.reference if self.distortion is None else None
             compute = partial(self.computed, value, self.distortion)
@@ -104,6 +111,22 @@ class Sensor:
         self.count += 1
         self._taken_s = time_s
         self.measured_s = measured_s
+
+    def _go_without(self, time_s: float, *, is_told: bool) -> None:
+        """There is no sample: a loss, which the plant may have told of, or the last one will do.
+
+        Raises `DeviceFailed` for a loss that the binding does not answer.
+        """
+        why = "" if self._is_lost else self._refusal(time_s, is_told=is_told)
+        if why and not (self.count and self._binding.on_loss):
+            raise DeviceFailed(self.name, PlantError(why))
+        if why:
+            self._is_lost = True
+            self.value = self._accepted(self._binding.on_loss[0], None)
+            self.count += 1
+            self._taken_s = time_s
+        if self._is_lost:
+            self.measured_s = time_s
 
     def _measured_s(self, sample: Sample, time_s: float) -> float:
         """When a sample was measured: not after this tick; before the run, it is negative."""
@@ -135,13 +158,15 @@ class Sensor:
             wrong = WrongValue(origin, binding.declared, unfit)
             raise DeviceFailed(self.name, wrong, through=binding.through) from None
 
-    def _refusal(self, time_s: float) -> str:
+    def _refusal(self, time_s: float, *, is_told: bool) -> str:
         """Why there has to be a sample now; empty if the last one will do."""
         binding = self._binding
         if not binding.sporadic:
             return "there is no new sample, and it is not bound as `sporadic`"
         if not self.count:
             return "there is no sample at the start, where even a sporadic device must have one"
+        if is_told:
+            return "the device is lost"
         gap_s = time_s - self._taken_s
         if binding.max_gap_s is not None and gap_s > binding.max_gap_s * _ROUNDING:
             return f"there has been no sample for {gap_s:g} s, `max_gap` is {binding.max_gap_s:g} s"

@@ -59,6 +59,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     plant.effectors_measured_apart,
     plant.sensors_read_once,
     bindings.bindings_fit,
+    bindings.losses_answered,
     bindings.model_names_known,
     bindings.bindings_agree,
     bindings.distances_bounded,

@@ -20,7 +20,7 @@ from specc.analysis.plant import (
 from specc.analysis.reaching import ReportedScalar, ReportedScalars, ScalarExpr, component
 from specc.analysis.reads import ExpressionText, texts
 from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_correction
-from specc.diagnostics.phrases import counted, join_words
+from specc.diagnostics.phrases import counted, join_words, with_article
 from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
@@ -143,6 +143,41 @@ def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
         return None
     message = f"the plant works with real numbers, not with {bound.element.type}"
     return message, "name a function under `through:` that converts"
+
+
+# A loss is answered that can be seen: silence, or an action without a server.
+
+
+def losses_answered(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505, for an `on_loss` that nothing leads to."""
+    for bound in facts.bindings:
+        if bound.binding.on_loss is not None and (complaint := _loss_complaint(bound)):
+            message, help = complaint
+            place = bound.binding.place.below("on_loss")
+            yield Diagnostic("E0505", message, place, related=(_declaration(bound),), help=help)
+
+
+def _loss_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a binding has no `on_loss`, and a help text; None if it has."""
+    binding, name = bound.binding, bound.element.name
+    if bound.plant in ("", "panel") or bound.is_commanded:  # other checks tell of these
+        return None
+    call, _ = binding.call
+    if not call:
+        if binding.max_gap_s is not None:
+            return None
+        missing = "max_gap: TIME" if bound.plant == "ros2" else "sporadic: true, max_gap: TIME"
+        return f"nothing says when `{name}` is lost", f"add `{missing}`, or delete `on_loss`"
+    if call != "action":
+        why = f"`{name}` is a part of {with_article(call.replace('_', ' '))}, whose loss is none"
+        return why, "delete `on_loss`"
+    if binding.part != "status":
+        why = f"`{name}` is no status, which tells that the server of an action is lost"
+        return why, "move `on_loss` to the binding with `part: status`"
+    if binding.max_gap_s is not None:
+        why = f"`{name}` is lost with its server, and a status that stays has no samples"
+        return why, "delete `max_gap`"
+    return None
 
 
 # The joints, sensors, actuators and cameras that bindings name are in the model.

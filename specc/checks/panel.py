@@ -44,6 +44,7 @@ def panel_fits(facts: Facts) -> Iterator[Diagnostic]:
 _OTHER_SOURCES = (
     "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
     "topic", "message", "qos", "tf", "action", "part", "rate_hz", "sporadic", "max_gap_s",
+    "on_loss",
 )  # fmt: skip
 
 

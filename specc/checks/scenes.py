@@ -198,7 +198,7 @@ def _silent(
         help = "add `sporadic: true` to its binding, and say in the agent what happens then"
         for _, place in found:
             yield Diagnostic("E0517", message, place, related=related, help=help)
-    elif binding.max_gap_s is not None:
+    elif binding.max_gap_s is not None and binding.on_loss is None:
         sampling = _Sampling(binding, facts)
         for row, longest in sampling.gaps(list(sampling.spans(found))):
             if longest is None or longest > binding.max_gap_s:

@@ -235,7 +235,8 @@ def _needed_by_agents(facts: Facts) -> set[str]:
     for binding in system.plant.bindings if system.plant else ():
         for part in binding.panel.texts if binding.panel else ():
             found |= _named(walk(part))
-        found |= _named(walk(binding.initial.expr)) if binding.initial else set()
+        for given in filter(None, (binding.initial, binding.on_loss)):
+            found |= _named(walk(given.expr))
     return found
 
 

@@ -308,9 +308,10 @@ def _bindings_by_kind(
                 *_contract_arguments(binding, element.type, contracts),
                 *(() if stand_ins else _panel_argument(binding, element, imports)),
             )
-            if binding.initial is not None:
-                value = _value(element.type, binding.initial.value, imports)
-                arguments = (*arguments, f"initial=({value},)")
+            for key in ("initial", "on_loss"):
+                if (given := getattr(binding, key)) is not None:
+                    value = _value(element.type, given.value, imports)
+                    arguments = (*arguments, f"{key}=({value},)")
             kind = "observed" if binding.device == PLANT else "sensors"
             found[kind].append(call(imports.runtime_name("SensorBinding"), arguments))
         else:

@@ -52,7 +52,10 @@ class Widget:
 
 @dataclass(frozen=True, slots=True)
 class Initial:
-    """What an element is until its first message; `value` is as `specc.lang.evaluate` has it."""
+    """What an element is until its first message, or after a loss.
+
+    `value` is as `specc.lang.evaluate` has it.
+    """
 
     expr: Expr
     value: Any
@@ -96,6 +99,8 @@ class Binding:
     """Of an element that the operator sets, and no plant."""
     initial: Initial | None = None
     """Of an element that need not have a message when a run begins."""
+    on_loss: Initial | None = None
+    """Of an element whose loss is no fault."""
     action_server: str = ""
     service: str = ""
     service_server: str = ""

@@ -435,7 +435,10 @@ def resolve_plant(
         binding = _binding(device, element, item, at, expressions)
         panel = resolve_panel(item, at, reported.get(name), expressions)
         initial = None if item.panel else _initial(name, binding, item, at, agents, expressions)
-        binding = replace(binding, panel=panel, initial=initial)
+        on_loss = None
+        if item.on_loss is not None:
+            on_loss = _of_reported("on_loss", item.on_loss, name, at, agents, expressions)
+        binding = replace(binding, panel=panel, initial=initial, on_loss=on_loss)
         # A message comes when its sender sends one.
         always = (
             definition.ros2 is not None
@@ -543,38 +546,55 @@ def _initial(
 
     An element that no device has is a matter of `specc.checks`.
     """
-    findings, element = expressions.findings, reported_elements(agents).get(name)
     call, _ = binding.call
     if not (item.topic or item.tf or call):
         return None
-    is_client = call in ("action", "service")
-    if item.init is not None and (is_client or element is None):
-        commanded = {f"{d.qualified_name}.{e.name}" for a in agents for d in a.devices for e in d.x}
-        short = name.rpartition(".")[2]
-        if is_client:
+    if call in ("action", "service"):
+        if item.init is not None:
+            short = name.rpartition(".")[2]
             message = (
                 f"`{short}` is a part of {with_article(call)}, and `init` is for what others send"
             )
-            findings.report("E0505", message, at["init"].key, help="delete `init`")
-        elif name in commanded:
-            message = f"`{short}` is commanded: `init` is for what a device reports"
-            findings.report("E0505", message, at["init"].key, help="delete `init`")
+            expressions.findings.report("E0505", message, at["init"].key, help="delete `init`")
         return None
-    if element is None or is_client:
-        return None
-    if item.init is None and item.part == "cancel":
+    if item.init is not None:
+        return _of_reported("init", item.init, name, at, agents, expressions)
+    element = reported_elements(agents).get(name)
+    if element is not None and item.part == "cancel":
         return Initial(FALSE, False)
-    if item.init is None:
-        is_optional = isinstance(element.type, OptionalOf)
-        return Initial(Nothing(type=element.type), None) if is_optional else None
+    if element is None or not isinstance(element.type, OptionalOf):
+        return None
+    return Initial(Nothing(type=element.type), None)
+
+
+def _of_reported(
+    key: str,
+    text: str,
+    name: str,
+    at: YamlNode,
+    agents: tuple[Agent, ...],
+    expressions: Expressions,
+) -> Initial | None:
+    """The value that a key gives to an element that a device reports; reports what is wrong.
+
+    An element that no device has is a matter of `specc.checks`.
+    """
+    element = reported_elements(agents).get(name)
+    if element is None:
+        commanded = {f"{d.qualified_name}.{e.name}" for a in agents for d in a.devices for e in d.x}
+        if name in commanded:
+            short = name.rpartition(".")[2]
+            message = f"`{short}` is commanded: `{key}` is for what a device reports"
+            expressions.findings.report("E0505", message, at[key].key, help=f"delete `{key}`")
+        return None
     scope, constants = constant_scope(expressions.definitions), expressions.definitions.constants
-    expr = expressions.value(at["init"], item.init, scope, element.type, element.place)
+    expr = expressions.value(at[key], text, scope, element.type, element.place)
     if expr is None:
         return None
     try:
         return Initial(expr, known_value(expr, constants, "E0505"))
     except ExprError as error:
-        expressions.report(at["init"], item.init, error)
+        expressions.report(at[key], text, error)
         return None
 
 

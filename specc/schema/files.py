@@ -182,7 +182,7 @@ class BindingDef(
     ReadingDef,
     first="for topic tf action action_server service service_server type part field when_busy "
     "answer_within actuators joints sensors camera image rate sporadic "
-    "max_gap through panel hold range init key",
+    "max_gap on_loss through panel hold range init key",
 ):
     """What stands behind one element of a device in the plant."""
 
@@ -207,6 +207,9 @@ class BindingDef(
     rate: RateText | None = None
     sporadic: bool = key(False, "Whether there may be no new sample.")
     max_gap: GapText | None = None
+    on_loss: ConstantText | None = key(
+        None, "The value, instead of a fault, after `max_gap` or once the action has no server."
+    )
     noise: Annotated[list[ConstantText], ListForm(single=(str, int, float, bool))] = key(
         [], "Standard deviation per sensor, or `kinect` for a depth image."
     )

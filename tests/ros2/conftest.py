@@ -53,7 +53,7 @@ def says(process: subprocess.Popen[str], wanted: str) -> bool:
 
 
 def lines(process: subprocess.Popen[str], last: str, wait_s: float = 60.0) -> list[str]:
-    """What a process that was started prints up to this line; it is ended if that is not in time."""
+    """What a process that was started prints up to this line; one that is late with it is ended."""
     assert process.stdout is not None
     ending = Timer(wait_s, process.kill)
     ending.start()

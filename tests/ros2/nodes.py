@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from random import Random
@@ -24,7 +25,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Empty, Float64MultiArray, String
+from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, String
 from std_srvs.srv import SetBool, Trigger
 from test_msgs.action import Fibonacci
 
@@ -99,6 +100,68 @@ def server(action: str, *outcomes: str) -> list[Node]:
     return [node]
 
 
+def heard(node: Node, state: str, told: Callable[[str], None]) -> None:
+    """Have the states told of a machine that is published as `state`."""
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(String, state, lambda message: told(message.data), qos)
+
+
+def moody(state: str, silent: str) -> list[Node]:
+    """Publishes the state of q1 and a load, but for the time in which a machine is in a state.
+
+    The state of q2 comes from another node, which goes on.
+    """
+    node = Driver("moody", ["q1"], 50.0, 10**9)
+    loads = node.create_publisher(Float64, "/load", 10)
+    node.create_timer(0.02, lambda: None if node.is_silent else loads.publish(Float64(data=3.0)))
+    heard(node, state, lambda name: setattr(node, "is_silent", name == silent))
+    return [node, Driver("steady", ["q2"], 50.0, 10**9)]
+
+
+def mortal(action: str, state: str, waiting: str, *lives: str) -> list[Node]:
+    """A server that ends when it has a goal, and says so: it is another node from then on.
+
+    That one is there at once, or, where the life was to "leave", when the machine is in its state
+    `waiting` for the second time since then. The last life, "serve", lets goals succeed.
+    """
+    keeper, left, waits = rclpy.create_node("keeper"), list(lives), []
+    server: list[tuple[Node, ActionServer]] = []
+    goals: list[ServerGoalHandle] = []
+
+    def begin() -> None:
+        node = rclpy.create_node("gripper")
+        is_last = left[0] == "serve"
+        begun = ServerGoalHandle.execute if is_last else goals.append
+        serving = ActionServer(node, Fibonacci, action, pursue, handle_accepted_callback=begun)
+        server.append((node, serving))
+        EXECUTOR[0].add_node(node)
+
+    def pursue(handle: ServerGoalHandle) -> Fibonacci.Result:
+        handle.succeed()
+        print("succeed", flush=True)
+        return Fibonacci.Result(sequence=[handle.request.order])
+
+    def look() -> None:
+        if goals:
+            goals.clear()
+            node, serving = server.pop()
+            EXECUTOR[0].remove_node(node)
+            serving.destroy()
+            node.destroy_node()
+            waits.clear()
+            life = left.pop(0)
+            print(life, flush=True)
+            if life == "swap":
+                begin()
+        elif not server and waits.count(waiting) > 1:
+            begin()
+
+    heard(keeper, state, waits.append)
+    keeper.create_timer(0.05, look)
+    begin()
+    return [keeper]
+
+
 def commander(topic: str, when: str) -> list[Node]:
     """Sends on a topic of commands: "now", or "later", once 20 messages of somebody have come."""
     node, came = rclpy.create_node("teleop"), []
@@ -142,12 +205,13 @@ class Driver(Node):
 
     def __init__(self, name: str, joints: list[str], hz: float, count: int) -> None:
         super().__init__(name)
+        self.is_silent = False
         self._joints, self._left = joints, count
         self._states = self.create_publisher(JointState, "/joint_states", 10)
         self.create_timer(1 / hz, self._tell)
 
     def _tell(self) -> None:
-        if self._left:
+        if self._left and not self.is_silent:
             message = JointState(name=self._joints, position=[float(j[-1]) for j in self._joints])
             message.header.stamp = self.get_clock().now().to_msg()
             self._states.publish(message)
@@ -261,12 +325,15 @@ class Caller:
 
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
+EXECUTOR: list[MultiThreadedExecutor] = []
 NODES = {
     "asker": asker,
     "client": client,
     "commander": commander,
     "joints": joints,
     "latched": latched,
+    "moody": moody,
+    "mortal": mortal,
     "presser": presser,
     "server": server,
     "switch": switch,
@@ -278,6 +345,7 @@ def main() -> None:
     rclpy.init()
     name, *given = sys.argv[1:]
     executor = MultiThreadedExecutor(num_threads=4)
+    EXECUTOR.append(executor)
     for node in NODES[name](*given):
         executor.add_node(node)
     print("ready", flush=True)

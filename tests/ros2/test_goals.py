@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from specc_runtime.plant import NO_SAMPLE, Sample
+from specc_runtime.plant import LOST, NO_SAMPLE, Sample
 from specc_runtime.ros2.binding import Ros2Topic
 from specc_runtime.ros2.goals import Goals
 
@@ -88,3 +88,11 @@ def test_a_goal_that_is_cancelled_tells_its_end(rig: Rig) -> None:
     assert rig["status"] is NO_SAMPLE
     rig.goals.take(1)
     assert [rig["status"], rig["goal"]] == ["none", 1]
+
+
+def test_a_goal_that_is_lost_has_ended(rig: Rig) -> None:
+    rig.goals.take(1)
+    rig.report(1, status=LOST)
+    assert [rig["status"], rig["status"]] == ["none", LOST]
+    rig.goals.take(None)
+    assert rig["status"] == "none"

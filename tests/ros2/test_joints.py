@@ -42,6 +42,15 @@ def test_a_joint_that_is_silent_is_named_though_others_go_on(joints: JointNumber
         joints.joined(1.6)
 
 
+def test_the_loss_of_a_joint_is_a_value_where_that_is_answered() -> None:
+    joints = JointNumbers("/joint_states", ["q1", "q2"], "position", 0.5, is_answered=True)
+    joints.take(message("q1", "q2"), 1.0, 1.0)
+    joints.take(message("q1"), 1.6, 1.6)
+    assert joints.joined(1.6) == (None, 1.6)
+    joints.take(message("q2"), 1.7, 1.7)
+    assert joints.joined(1.7) == ({"name": ["q1", "q2"], "position": [1.0, 2.0]}, 1.6)
+
+
 def test_a_message_without_the_numbers_of_its_joints_is_not_taken(joints: JointNumbers) -> None:
     assert joints.take(message("q1", "x7", n=1), 1.0, 1.0)
     assert not joints.take(message("q1", "q2", n=1), 1.0, 1.0)

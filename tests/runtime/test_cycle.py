@@ -262,6 +262,20 @@ def test_an_initial_value_is_the_first_sample_and_the_device_has_those_after_it(
     assert seen == [(-1, True), (-1, False), (8, True), (8, False), (8, False), (20, True)]
 
 
+def test_a_loss_is_one_sample_and_silence_counts_anew_from_the_return() -> None:
+    seen: list[tuple[int, bool]] = []
+
+    def look(node: Node) -> int:
+        seen.append((node.x.E_m, node.x.fresh_E_m))
+        return 0
+
+    binding = SensorBinding("a.E.m", sporadic=True, max_gap_s=8 * TICK_S, on_loss=(-1,))
+    run = _run(Node("n", 4, (), look), QuietPlant(0, 24, 28), binding, ticks=48)
+    assert run.executor.faults == []
+    assert seen[2:8] == [(0, False), (-1, True), *[(-1, False)] * 2, (24, True), (28, True)]
+    assert seen[8:] == [*[(28, False)] * 2, (-1, True), (-1, False)]
+
+
 @pytest.mark.parametrize(
     ("ticks", "options", "time_ticks", "words"),
     [

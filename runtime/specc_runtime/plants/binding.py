@@ -43,6 +43,8 @@ class SensorBinding:
             the pose; of the noise of an orientation, in rad, each axis has its own.
         panel: what of the operator's panel gives the value, if the plant does not.
         initial: the one value at time 0, of which the plant is not asked then; empty if it is.
+        on_loss: the one value that a loss gives, after `max_gap_s` or when the plant tells of it;
+            empty if a loss is a fault.
     """
 
     name: str
@@ -63,6 +65,7 @@ class SensorBinding:
     is_pose: bool = False
     panel: PanelElement | None = None
     initial: tuple[Any, ...] = ()
+    on_loss: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

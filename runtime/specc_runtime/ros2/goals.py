@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from specc_runtime.examination import same
-from specc_runtime.plant import NO_SAMPLE, Sample
+from specc_runtime.plant import LOST, NO_SAMPLE, Sample
 from specc_runtime.ros2.binding import Ros2Topic
 
 _NONE = "none"
-_ENDS = ("succeeded", "canceled", "aborted", "rejected", "answered", "missing", "late")
+_ENDS = ("succeeded", "canceled", "aborted", "rejected", "answered", "missing", "late", LOST)
 _OF_SERVICES = {"request": "goal", "response": "result"}
 """Parts of a service, and those of an action that they are like."""
 

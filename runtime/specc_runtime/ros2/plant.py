@@ -12,6 +12,7 @@ from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
+from specc_runtime.plant import LOST
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.printing import say
 from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
@@ -186,10 +187,12 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
     known = {topic.name for topic in topics}
     initialized = {sensor.name for sensor in spec.sensors if sensor.initial} & known
+    answered = {sensor.name for sensor in spec.sensors if sensor.on_loss}
     config = ros2.config | {"ros_args": [*ros_args]}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
         topic["is_initialized"] = topic["name"] in initialized
+        topic["is_answered"] = topic["name"] in answered
     besides = (CLOCK,) if ros2.use_sim_time else ()
     if initialized:
         besides = (*besides, WRONG)
@@ -204,6 +207,7 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
     assert spec.ros2 is not None
     through: dict[str, Any] = {sensor.name: sensor.through for sensor in spec.sensors}
     through |= {actuator.name: actuator.through for actuator in spec.actuators}
+    answered = {sensor.name for sensor in spec.sensors if sensor.on_loss}
     decode: dict[str, Convert] = {}
     encode: dict[str, Convert] = {}
     for topic in spec.ros2.topics:
@@ -214,9 +218,12 @@ def conversions(spec: PlantSpec) -> tuple[Mapping[str, Convert], Mapping[str, Co
             if topic.interface:
                 encode[topic.name] = _unless_none(encode[topic.name])
         else:
-            decode[topic.name] = _after(partial(value_of, topic), made)
-            if topic.is_call:
-                decode[topic.name] = _numbered(_unless_none(decode[topic.name]))
+            read = _after(partial(value_of, topic), made)
+            if topic.name in answered:
+                read = _unless_none(read, LOST)
+            elif topic.is_call:
+                read = _unless_none(read)
+            decode[topic.name] = _numbered(read) if topic.is_call else read
     return decode, encode
 
 
@@ -252,6 +259,6 @@ def _numbered(convert: Convert) -> Convert:
     return lambda reported: (reported[0], convert(reported[1]))
 
 
-def _unless_none(convert: Convert) -> Convert:
-    """No goal, and no feedback and no result yet, are None."""
-    return lambda value: None if value is None else convert(value)
+def _unless_none(convert: Convert, otherwise: Any = None) -> Convert:
+    """No goal, and no feedback and no result yet, are None; what has been lost is told as None."""
+    return lambda value: otherwise if value is None else convert(value)

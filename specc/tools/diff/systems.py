@@ -266,12 +266,17 @@ def _compare_panel(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> 
     part.changed("panel", *texts)
 
 
-def _compare_initial(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
-    before, after = (each.initial for each in (old, new))
-    if before is None or after is None:
-        part.changed("init", *("none" if i is None else show(i.expr) for i in (before, after)))
-    else:
-        part.changed("init", before.value, after.value)
+def _compare_given(key: str, field: str) -> _FieldRule:
+    """Compare the value that a binding gives to its element."""
+
+    def compare(_: SystemDiff, part: PartLog, old: Binding, new: Binding) -> None:
+        before, after = (getattr(each, field) for each in (old, new))
+        if before is None or after is None:
+            part.changed(key, *("none" if i is None else show(i.expr) for i in (before, after)))
+        else:
+            part.changed(key, before.value, after.value)
+
+    return compare
 
 
 _Meaning = tuple[object, str, frozenset[str]]
@@ -524,7 +529,11 @@ _FIELDS: dict[type, dict[str, _FieldRule | None]] = {
         "bindings": _parts("binding", "bindings", lambda b: f"{b.device}.{b.element}"),
         "observed": _compare_observed,
     },
-    Binding: {"panel": _compare_panel, "initial": _compare_initial},
+    Binding: {
+        "panel": _compare_panel,
+        "initial": _compare_given("init", "initial"),
+        "on_loss": _compare_given("on_loss", "on_loss"),
+    },
     Task: {"disturbances": _compare_task},
     FormulaLet: {"formula": _compare_formula, "value": None},
 }

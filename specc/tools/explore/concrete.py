@@ -56,7 +56,7 @@ class SensorValues:
         sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
         self.sporadic = sporadic.keys()
         self._first = {n: b.initial.value for n, b in sporadic.items() if b.initial is not None}
-        self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
+        self.silent = {n for n, b in sporadic.items() if b.max_gap_s is None or b.on_loss}
         """Sensors that may stay silent for any time."""
         nodes = list(_nodes(system))
         self._numbers = set(_numbers(nodes))

@@ -38,6 +38,7 @@ SPECS = (
     "tests/ros2/skill.yaml",
     "tests/cases/plant/ok-ros2-tf.yaml",
     "tests/cases/plant/ok-ros2-initial.yaml",
+    "tests/cases/plant/ok-ros2-losses.yaml",
     "tests/cases/structure/ok-silence.yaml",
     "tests/cases/requirements/ok-contracts.yaml",
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -16,6 +17,8 @@ from specc_runtime.ros2.host.plain import fill, interface, plain
 NONE, REJECTED = "none", "rejected"
 STATUSES = (NONE, "accepted", "executing", "canceling", "succeeded", "canceled", "aborted")
 """By the numbers of `action_msgs/GoalStatus`; a goal may be `REJECTED` as well."""
+_LOOK_S = 0.1
+"""How often it is seen whether the server is still the same."""
 Put = Callable[[str, Any], None]
 
 
@@ -26,16 +29,26 @@ class Action:
     """
 
     def __init__(
-        self, node: Node, name: str, type_name: str, parts: Mapping[str, str], put: Put
+        self,
+        node: Node,
+        name: str,
+        type_name: str,
+        parts: Mapping[str, str],
+        put: Put,
+        *,
+        is_answered: bool = False,
     ) -> None:
         """`parts` has the elements of `goal`, `status`, `feedback` and `result`, if there are any.
 
-        `put` is called with an element and the number of a goal with its new value. Raises
-        DeviceError for a type that this ROS does not have.
+        `put` is called with an element and the number of a goal with its new value. If the loss of
+        the server `is_answered`, the status of its goal is None then, and an error otherwise.
+        Raises DeviceError for a type that this ROS does not have.
         """
         self.name = name
         self.type = interface(type_name, "action")
         self._client = ActionClient(node, self.type, name)
+        self._node = node
+        self._is_answered = is_answered
         self._parts = parts
         self._put = put
         self._orders: deque[tuple[int, Any, Any] | None] = deque()
@@ -54,6 +67,11 @@ class Action:
         """The handles of goals that were accepted and have not ended."""
         self._cancelling: dict[int, Any] = {}
         """The answers to cancelling these."""
+        self._servers: frozenset[bytes] = frozenset()
+        """Those who were there when the last goal was sent or accepted, by what they publish."""
+        self._looked_s = 0.0
+        self._lost: list[Any] = []
+        """The handles of goals whose server was gone: they are cancelled if it comes back."""
         self._status = (0, "")
         self._changed = node.create_guard_condition(self._follow_orders)
         for part, value in (("status", NONE), ("feedback", None), ("result", None)):
@@ -90,20 +108,52 @@ class Action:
 
     def look(self) -> None:
         """Tell the status if it has changed, or that the server of a goal is gone."""
+        if self._lost and self.is_there:
+            for handle in self._lost:
+                handle.cancel_goal_async()
+            self._lost.clear()
         if not (self._open or self._unanswered):
             return
-        if not self.is_there:
-            for part, element in self._parts.items():
-                if part != "goal":
-                    why = f"nobody serves the action {self.name} any more"
-                    self._put(element, DeviceError(why))
-            self._open.clear()
-            self._unanswered.clear()
-            self._cancelling.clear()
+        if self._is_gone():
+            self._lose()
             return
         handle = self._open.get(self._number)
         if handle is not None and handle.status < len(STATUSES):
             self._tell("status", self._number, STATUSES[max(1, handle.status)])
+
+    def _is_gone(self) -> bool:
+        """Whether no server is left that can know of the last goal; one that was started since then
+        does not.
+        """
+        if not self.is_there:
+            return True
+        now_s = time.monotonic()
+        if now_s < self._looked_s + _LOOK_S:
+            return False
+        self._looked_s = now_s
+        return bool(self._servers) and self._servers.isdisjoint(self._present())
+
+    def _present(self) -> frozenset[bytes]:
+        topic = f"{self.name}/_action/status"
+        ends = self._node.get_publishers_info_by_topic(topic)
+        return frozenset(bytes(end.endpoint_gid) for end in ends)
+
+    def _lose(self) -> None:
+        """The goals that were open are over."""
+        is_pursued = self._number in {*self._open, *self._unanswered}
+        self._lost += self._open.values()
+        self._open.clear()
+        self._unanswered.clear()
+        self._cancelling.clear()
+        if not self._is_answered:
+            why = f"nobody serves the action {self.name} any more"
+            if self.is_there:
+                why = f"the server of the action {self.name} was replaced while it had a goal"
+            for part, element in self._parts.items():
+                if part != "goal":
+                    self._put(element, DeviceError(why))
+        elif is_pursued:
+            self._tell("status", self._number, None)
 
     def _tell(self, part: str, number: int, value: Any) -> None:
         """Tell what has become of a goal, unless there is a later one."""
@@ -154,24 +204,33 @@ class Action:
 
         def answered(future: Any) -> None:
             handle = future.result()
-            self._unanswered.discard(number)
+            if number not in self._unanswered:  # given up as lost
+                self._lost += [handle] if handle.accepted else []
+                return
+            self._unanswered.remove(number)
             if handle.accepted:
                 self._accepted(handle, number)
             else:
                 self._tell("status", number, REJECTED)
 
+        if self._is_answered and not self.is_there:
+            self._tell("status", number, None)
+            return
+        self._servers = self._present()
         self._unanswered.add(number)
         self._client.send_goal_async(goal, feedback).add_done_callback(answered)
 
     def _accepted(self, handle: Any, number: int) -> None:
         self._open[number] = handle
+        self._servers = self._present()
         self._tell("status", number, STATUSES[1])
         if number in self._unwanted:
             self._cancel(number)
 
         def ended(future: Any) -> None:
             outcome = future.result()
-            self._open.pop(number, None)
+            if self._open.pop(number, None) is None:  # given up as lost
+                return
             self._tell("result", number, plain(outcome.result))
             self._tell("status", number, STATUSES[outcome.status])
 

@@ -21,15 +21,25 @@ class JointNumbers:
     """Joins messages of joint states, of one publisher or of several, into those of an element."""
 
     def __init__(
-        self, topic: str, names: Iterable[str], field: str, max_gap_s: float | None
+        self,
+        topic: str,
+        names: Iterable[str],
+        field: str,
+        max_gap_s: float | None,
+        *,
+        is_answered: bool = False,
     ) -> None:
-        """`field` has the numbers; none of the joints may be silent for longer than `max_gap_s`."""
+        """`field` has the numbers; none of the joints may be silent for longer than `max_gap_s`.
+
+        If it `is_answered`, that is a value, and no error.
+        """
         self.is_changed = False
         """Whether there is something new since the last call of `joined`."""
         self._topic = topic
         self._names = tuple(names)
         self._field = field
         self._max_gap_s = max_gap_s
+        self._is_answered = is_answered
         self._numbers: dict[str, _Number] = {}
         self._known: dict[str, None] = {}
 
@@ -56,17 +66,20 @@ class JointNumbers:
         self.is_changed |= bool(found)
         return True
 
-    def joined(self, now_s: float) -> tuple[dict[str, Any], float]:
+    def joined(self, now_s: float) -> tuple[dict[str, Any] | None, float]:
         """The fields of a message with all joints, once none is missing, and when its oldest number
         was measured.
 
-        Raises DeviceError if a joint has been silent for too long.
+        If a joint has been silent for too long it raises DeviceError, or gives None where that is
+        answered.
         """
         self.is_changed = False
         every = [self._numbers[name] for name in self._names]
         for name, number in self._numbers.items():
             gap_s = now_s - number.came_s
             if self._max_gap_s is not None and gap_s > self._max_gap_s:
+                if self._is_answered:
+                    return None, now_s
                 raise DeviceError(
                     f"{self._topic} has had no message with joint {name} for {gap_s:.3g} s, "
                     f"`max_gap` is {self._max_gap_s:g} s"

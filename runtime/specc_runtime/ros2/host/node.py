@@ -55,7 +55,8 @@ class NodeDevices:
     each with the `name` of its element, `topic`, `type`, whether it is `commanded`, `qos`, and
     `joints`: a message that has none of them is somebody else's. Messages may have some of the
     joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
-    One that `is_initialized` need not have a message.
+    One that `is_initialized` need not have a message. The loss of one that `is_answered`, of a
+    joint or of the server of an action, is the value None instead of an error.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
     `published` are for whoever looks.
     """
@@ -243,7 +244,8 @@ class NodeDevices:
             # Not every distribution remaps the topics of an action with its name.
             where = node.resolve_topic_name(name)
             if interface == "action":
-                return Action(node, where, type_, parts, self._put)
+                is_answered = any(t["is_answered"] for t in same)
+                return Action(node, where, type_, parts, self._put, is_answered=is_answered)
             return ServedAction(
                 node,
                 where,
@@ -333,7 +335,9 @@ class NodeDevices:
         if topic["field"]:
             joints, gap_s = topic["joints"], topic["max_gap_s"]
             name, where = topic["name"], node.resolve_topic_name(topic["topic"])
-            self._joints[name] = JointNumbers(where, joints, topic["field"], gap_s)
+            self._joints[name] = JointNumbers(
+                where, joints, topic["field"], gap_s, is_answered=topic["is_answered"]
+            )
         depth = _JOINT_STATES if topic["joints"] else 1
         qos = profile(topic.get("qos", {}), commanded=False, depth=depth)
         with _opening(topic):
