@@ -78,7 +78,10 @@ def _marked(files: OutputFiles, is_shared: bool) -> dict[str, bytes]:
     listed = "".join(f"{name}\n" for name in sorted(files))
     marker = f"{_LIST_HEAD}{listed}" if is_shared else _MARKER_TEXT
     contents = {**files, MARKER: marker}
-    return {name: c.encode() if isinstance(c, str) else c for name, c in contents.items()}
+    return {
+        name: c.encode(errors="surrogateescape") if isinstance(c, str) else c
+        for name, c in contents.items()
+    }
 
 
 def _foreign(directory: Path, is_shared: bool) -> tuple[Path, str] | None:
@@ -90,11 +93,11 @@ def _foreign(directory: Path, is_shared: bool) -> tuple[Path, str] | None:
         return directory, message
     if not (directory / MARKER).is_file():
         return (directory, message) if any(directory.iterdir()) else None
-    text = (directory / MARKER).read_text(encoding="utf-8", errors="replace")
+    text = (directory / MARKER).read_text(encoding="utf-8", errors="surrogateescape")
     if text.startswith(_LIST_HEAD) != is_shared:
         kind = "a package of ROS 2" if text.startswith(_LIST_HEAD) else "no package of ROS 2"
         return directory, f"specc wrote what is here as {kind}"
-    others = sorted(_present(directory) - {*text.splitlines(), MARKER}) if is_shared else []
+    others = sorted(_present(directory) - {*text.split("\n"), MARKER}) if is_shared else []
     return (directory / others[0], "specc did not write this file") if others else None
 
 

@@ -19,9 +19,12 @@ from specc.analysis.ros2 import MessageTypeMismatch, published_value
 from specc.diagnostics import Diagnostic
 from specc.emit import fill, format_files
 from specc.lower.names import in_docstring, literal, one_line
+from specc.lower.nodes import number
 from specc.mjcf.model import ModelError
 from specc.mjcf.reader import read_model
 from specc.model.system import Ros2, System
+from specc.model.types import Real
+from specc.model.units import DIMENSIONLESS
 from specc.output import OutputFiles
 from specc.pipeline import Build
 from specc.policy import allowed_paths
@@ -100,6 +103,10 @@ def _texts(
         f"share/{name}": "package.xml",
         f"share/{name}/launch": launch_file,
     }
+    parameters = [*_parameters(system)]
+    config = f"config/{name}.yaml"
+    if parameters:
+        installed[f"share/{name}/config"] = config
     parts = {
         **_META,
         **{f"{key}_literal": literal(value) for key, value in _META.items()},
@@ -116,6 +123,7 @@ def _texts(
         "data_files": [(literal(folder), literal(path)) for folder, path in installed.items()],
         "node_literal": literal(node),
         "namespace_literal": literal(namespace),
+        "parameters": parameters,
         "depends": sorted({*_ALWAYS, *_message_packages(system, ros2)} - {name}),
     }
     places = {
@@ -124,11 +132,28 @@ def _texts(
         "setup.py": "setup.py",
         "main.py": f"{module}/main.py",
         "node.launch.py": launch_file,
+        **({"parameters.yaml": config} if parameters else {}),
     }
     texts = {template: fill(f"ament/{template}.j2", parts) for template in places}
     # In their places, the formatter would take `launch` for a module of this package.
     texts |= format_files({name: text for name, text in texts.items() if name.endswith(".py")})
     return {marker: "", **{places[template]: text for template, text in texts.items()}}
+
+
+def _parameters(system: System) -> Iterator[dict[str, str]]:
+    """The constants that may change: name, value in SI units, and what is said of them."""
+    for constant in system.constants:
+        if constant.initial is not None:
+            type_ = constant.value.type
+            value, *bounds = (
+                number(each, type_).text
+                for each in (constant.initial.value, *(constant.bounds or ()))
+            )
+            unit = ""
+            if isinstance(type_, Real) and type_.unit != DIMENSIONLESS:
+                unit = f" {type_.unit}"
+            words = one_line(f"{constant.title or constant.name}, {' to '.join(bounds)}{unit}")
+            yield {"name": constant.name, "value": value, "words": words}
 
 
 def _message_packages(system: System, ros2: Ros2) -> Iterator[str]:

@@ -16,6 +16,7 @@ from specc_runtime.loading import load_system
 
 from specc.cli import main
 from specc.output import MARKER
+from tests.docs.examples import data
 from tests.ros2.conftest import HERE as ROS2
 from tests.ros2.launching import launched
 
@@ -150,6 +151,19 @@ def test_a_launch_file_passes_names_on(here: Path) -> None:
     rules = ["--ros-args", "-r", "a:=/b", "-r", "/c d:=e"]
     command = [program, "--cycles", "1", *rules, *own, "__ns:=/left"]
     assert launched(file, prefix, **given) == [command]
+
+
+def test_live_constants_are_parameters(here: Path) -> None:
+    speed = 'v: {is: "0.2[m/s]", range: [0, 1], live: true, title: speed}'
+    tries = "n: {is: 3, range: [1, 5], live: true}"
+    path = project(here, ("agents:\n", f"constants:\n  {speed}\n  {tries}\nagents:\n"))
+    assert main(["build", str(path), "--ament", "arm"]) == 0
+    text = (here / "arm/config/arm.yaml").read_text()
+    assert data(text) == {"/**": {"ros__parameters": {"v": 0.2, "n": 3}}}
+    assert "    # speed, 0.0 to 1.0 m/s\n    v: 0.2\n    # n, 1 to 5\n" in text
+    (command,) = launched(here / "arm/launch/arm.launch.py", Path("/ros"), parameters="mine.yaml")
+    assert command[-2:] == ["--params-file", "mine.yaml"]
+    assert b"share/arm/config" in files(here / "arm")["setup.py"]
 
 
 @pytest.mark.parametrize(

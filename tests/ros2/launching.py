@@ -57,6 +57,7 @@ class Node:
     namespace: str
     arguments: Sequence[str] = ()
     ros_arguments: Sequence[str] | None = None
+    parameters: Sequence[str] | None = None
     output: str = "log"
 
     def command(self, prefix: Path) -> list[str]:
@@ -65,6 +66,7 @@ class Node:
         own = ["-r", f"__node:={self.name}"]
         if self.namespace:
             own += ["-r", f"__ns:=/{self.namespace.removeprefix('/')}"]
+        own += [word for file in self.parameters or () for word in ("--params-file", file)]
         given = ["--ros-args", *self.ros_arguments] if self.ros_arguments else []
         return [program, *self.arguments, *given, "--ros-args", *own]
 
