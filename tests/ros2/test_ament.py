@@ -38,6 +38,8 @@ def test_two_robots_run_a_package_that_colcon_has_built(
     file = installed / "share/act/launch/act.launch.py"
     runs = []
     search = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    (tmp_path / "without/specc.py").parent.mkdir()
+    (tmp_path / "without/specc.py").write_text("raise ImportError('the compiler is not needed')")
     robots = (
         ("/left/grasp", {"namespace": "/left"}),
         ("/lab/grasp", {"namespace": "right", "remappings": "grasp:=/lab/grasp"}),
@@ -46,7 +48,7 @@ def test_two_robots_run_a_package_that_colcon_has_built(
     for _, given in robots:
         (command,) = launched(file, installed, **given)
         in_ros = ["sh", "-c", '. install/setup.sh; exec "$0" "$@"', *command]
-        environment = {**os.environ, "PATH": search}
+        environment = {**os.environ, "PATH": search, "PYTHONPATH": str(tmp_path / "without")}
         runs.append(subprocess.Popen(in_ros, cwd=workspace, env=environment))
     try:
         assert all(says(server, "succeeded") for server in servers * 2)
