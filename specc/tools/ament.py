@@ -165,6 +165,8 @@ def _message_packages(system: System, ros2: Ros2) -> Iterator[str]:
         if binding.tf:
             yield from ("tf2_msgs", "tf2_ros")
     for each in system.plant.published:
+        if each.name == "diagnostics":
+            yield "diagnostic_msgs"
         found = published_value(each, system)
         if not isinstance(found, MessageTypeMismatch):
             yield from (found.message.split("/")[0], "std_msgs")
