@@ -80,9 +80,10 @@ def _exit_code(attempt: _Attempt, report: Report, interruption: Interruption, co
         say(f"error: {film}")
     if code or attempt.lost:
         return code or WRONG_USAGE
-    if report.interrupted:
+    session = attempt.session
+    if report.interrupted and (session is None or not session.is_endless):
         return interruption.exit_code
-    if (session := attempt.session) is not None and session.fulfilled:
+    if session is not None and session.fulfilled:
         return FULFILLED
     if session is not None and (why := session.shortfall):
         say(f"not fulfilled: {why}")
@@ -190,7 +191,7 @@ class _Attempt:
         options, clock, interruption = self._options, self._clock, self._interruption
         if options.cycles is not None and system.task is None:
             raise UsageError(f"--cycles: {system.name} has no task; use --duration")
-        alone = options.duration_s is not None and options.cycles is None
+        alone = (options.endless or options.duration_s is not None) and options.cycles is None
         if options.cycle_limit_s is not None and (alone or system.task is None):
             raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
         judge, processes = open_judge(system, plant), self._processes

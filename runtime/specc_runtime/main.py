@@ -6,11 +6,12 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from specc_runtime.extras import remedy
-from specc_runtime.leftovers import Leftovers
-from specc_runtime.options import Options, parse
+from specc_runtime.leftovers import Leftovers, leave
+from specc_runtime.options import Options, parse, parse_program
 from specc_runtime.printing import abandon, say
 
 if TYPE_CHECKING:
@@ -31,6 +32,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as done:
         return int(done.code or 0)
     return run(options)
+
+
+def program(name: str, directory: Path, base: Path, arguments: Sequence[str] | None = None) -> int:
+    """Run the generated system in `directory` as a program of that name; see `--help` and `run`.
+
+    It goes on until it is stopped, unless the arguments (those of the process by default) say how
+    long; 0 is the exit code then, too. `base` is the folder of the files that the specification
+    names. The process ends at once if the run has left threads behind.
+    """
+    try:
+        options = parse_program(name, arguments, directory=directory, base=base)
+    except SystemExit as done:
+        return int(done.code or 0)
+    code = run(options)
+    if has_threads:
+        leave(code)
+    return code
 
 
 def run(options: Options, page: Page | None = None) -> int:

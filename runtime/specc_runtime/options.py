@@ -30,6 +30,8 @@ class Options:
     seed: int = 0
     cycles: int | None = None
     duration_s: float | None = None
+    endless: bool = False
+    """Whether a run without cycles and a duration goes on until it is stopped."""
     cycle_limit_s: float | None = None
     camera: str = "overview"
     report: Path | None = None
@@ -93,6 +95,15 @@ def parse(arguments: Sequence[str] | None) -> Options:
     add_arguments(parser)
     add("--quiet", action="store_true", help="no progress, no summary")
     return chosen(parser.parse_args(arguments))
+
+
+def parse_program(name: str, arguments: Sequence[str] | None, **known: Any) -> Options:
+    """Options of a program that knows its package, as `known`. Raises SystemExit like argparse."""
+    words = "Run the agents until they are stopped, or as long as --cycles or --duration say."
+    parser = argparse.ArgumentParser(prog=name, description=words, allow_abbrev=False)
+    add_arguments(parser)
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    return chosen(parser.parse_args(arguments), endless=True, **known)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

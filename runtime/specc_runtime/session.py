@@ -370,6 +370,11 @@ class Session:
         return "interrupted" if self.interruption.requested else "completed"
 
     @property
+    def is_endless(self) -> bool:
+        """Whether it goes on until it is stopped, which is no shortfall then."""
+        return self.wanted is None and self.duration_s is None
+
+    @property
     def fulfilled(self) -> bool:
         """Whether nothing failed or was violated, and every cycle wanted is fulfilled."""
         enough = self._stopped or (
@@ -454,6 +459,8 @@ class Session:
             last = math.ceil(self.duration_s / self._system.tick_s - _ROUNDING)
             if self._executor.tick >= last or self.wanted is None:
                 return self._executor.tick >= last
+        elif self.is_endless:
+            return False
         cycles = self._account.cycles
         if self._executor.time_s - cycles.begun_s < self._cycle_limit_s:
             return False
@@ -488,7 +495,9 @@ class Session:
 
 
 def _limits(options: Options, system: System) -> tuple[float | None, int | None]:
-    """How long the run is in simulated time, and for how many cycles."""
+    """How long the run is in simulated time, and for how many cycles; neither if it is endless."""
+    if options.endless:
+        return options.duration_s, options.cycles
     if options.duration_s is None and system.task is None:
         return DEFAULT_DURATION_S, options.cycles
     if options.duration_s is None and options.cycles is None:

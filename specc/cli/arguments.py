@@ -49,12 +49,15 @@ def _validate(command: Parser) -> None:
 def _build(command: Parser) -> None:
     add = command.add_argument
     add("specs", metavar="SPEC", nargs="+")
-    add(
+    place = command.add_mutually_exclusive_group()
+    place.add_argument(
         "--out",
         metavar="DIR",
         help="directory for the output, a directory per system (default: generated beside the "
         "nearest pyproject.toml above the specification, else beside the specification)",
     )
+    words = "make this directory a package of ROS 2, which colcon builds and ros2 launch starts"
+    place.add_argument("--ament", metavar="DIR", help=words)
     add("--check", action="store_true", help="compare only; exit code 1 if not up to date")
     add("--real-time", action="store_true", help="test rows that are proved, for runs in real time")
     _add_report(command)

@@ -9,6 +9,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from specc.cli import fix, inspect, streams
 from specc.cli.files import rewrite_file, write_output
@@ -16,9 +17,14 @@ from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, report, resolve, shown_path
 from specc.policy import allowed_paths, project_of
 from specc.read import AllowedPaths, read_file, refuse_other_yaml
-from specc.refusal import Refused, missing_package
+from specc.refusal import Refused, missing_package, reason_of
 from specc.resources import LIBRARY, library_parts
 from specc.source import Place, Sources, real_path
+
+if TYPE_CHECKING:
+    from specc.output import OutputFiles
+    from specc.pipeline import Build
+    from specc.tools.ament import AmentPackage
 
 _WIDTH = 100
 
@@ -48,18 +54,36 @@ def build(options: Namespace) -> int:
         has_errors |= not built.result.ok
         if built.result.ok and not judged.refused:
             directory = Path(options.out or _default_output(path), built.system)
+            files: OutputFiles = built.files
+            if is_package := options.ament is not None:
+                directory, package = Path(options.ament), _package_of(path, built)
+                files = package.files
+                findings += resolve(package.faults, built.result.sources)
             first = built_from.setdefault(directory, path)
+            if not files:
+                continue
             if real_path(first) != real_path(path):
                 faults = [_same_directory(directory, first, path)]
             elif options.check:
-                faults = output.stale(directory, built.files)
+                faults = output.stale(directory, files, is_shared=is_package)
             else:
-                faults = output.write(directory, built.files, _writable_paths(path, options.out))
+                allowed = _writable_paths(path, options.ament or options.out)
+                faults = output.write(directory, files, allowed, is_shared=is_package)
             findings += resolve(faults, Sources())
     code = streams.print_report(report(findings, options.specs), options.format) or int(has_errors)
     if not code and not options.check and options.format == "text":
         streams.print_message("\n".join(f"built {directory}" for directory in built_from))
     return code
+
+
+def _package_of(spec: str, built: Build) -> AmentPackage:
+    """The package of ROS 2; raises Refused if a file that belongs to it cannot be read."""
+    from specc.tools.ament import ament_package
+
+    try:
+        return ament_package(spec, built)
+    except OSError as error:
+        raise Refused(f"{error.filename} cannot be read: {reason_of(error)}") from error
 
 
 def _default_output(spec: str) -> str:

@@ -27,6 +27,7 @@ NO_SPEC = {
     "E0092": "about the output of `specc build`",
     "E0093": "takes hundreds of lets; see tests/lower/test_plan.py",
     "E0094": "about the formatter",
+    "E0095": "about the output of `specc build`",
     **dict.fromkeys(
         (code for code in all_codes() if code[1:3] == "08"), "about the input of `specc import`"
     ),

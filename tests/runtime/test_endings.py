@@ -580,3 +580,22 @@ def test_a_signal_while_the_time_that_is_left_is_set_is_not_lost() -> None:
     with HeardLate() as interruption:
         interruption.allow(always=False)
         assert signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
+
+
+PROGRAM = (
+    "import sys\n"
+    "from pathlib import Path\n"
+    "from specc_runtime.main import program\n"
+    "package = Path(sys.argv.pop(1))\n"
+    "sys.exit(program('hinge', package, package.parent))\n"
+)
+
+
+def test_a_program_that_is_stopped_has_done_what_it_should(tmp_path: Path) -> None:
+    package = hinge(tmp_path, drive=SLOW)
+    with begun(package, start=PROGRAM, command=(str(package),)) as process:
+        until(process, "arm.j")
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert report(package)["ended"] == "interrupted"

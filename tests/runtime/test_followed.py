@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from specc_runtime.progress.summary import _followed_the_clock
+import pytest
+from specc_runtime.options import Options
+from specc_runtime.progress.summary import _followed_the_clock, show
+from specc_runtime.report import stillborn
 
 LATE = {"p50": 40.0, "p99": 90.0, "max": 300.0}
 
@@ -49,3 +54,12 @@ def test_where_steps_were_made_and_what_was_long_or_late_is_said() -> None:
     assert "[yellow]a.k took 190 ms[/] (99 of 100), its budget is 150 ms" in lines
     assert "periods skipped: 7 of a.k, which was late by 60 ms (99 of 100)" in lines[-1]
     assert not any("a.v took" in line or "a.c took" in line for line in lines)
+
+
+def test_a_run_of_many_cycles_shows_the_last_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    cycle = {"simulated_s": 1.0, "ended": "completed"}
+    report = replace(stillborn(Options(Path()), [], interrupted=True), cycles=[cycle] * 130)
+    show(report)
+    shown = capsys.readouterr().out
+    assert "130 cycles, of which these are the last:" in shown
+    assert " 31 " in shown and " 130 " in shown and " 30 " not in shown

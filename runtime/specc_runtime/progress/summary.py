@@ -21,6 +21,8 @@ from specc_runtime.punctuality import in_words
 from specc_runtime.report import Report
 
 CYCLES_ABREAST = 4
+_MOST_CYCLES = 100
+"""That are shown: a run that goes on until it is stopped may have any number."""
 
 
 def show(report: Report, console: Console | None = None) -> None:
@@ -45,7 +47,10 @@ def _print(what: Callable[[Console], None], own: Console) -> None:
 
 
 def _show(report: Report, console: Console) -> None:
-    for first in range(0, len(report.cycles), CYCLES_ABREAST):
+    before = max(0, len(report.cycles) - _MOST_CYCLES)
+    if before:
+        console.print(f"{len(report.cycles)} cycles, of which these are the last:", highlight=False)
+    for first in range(before, len(report.cycles), CYCLES_ABREAST):
         console.print(_cycles(report.cycles[first : first + CYCLES_ABREAST], first + 1))
     console.print(_subsystems(report))
     console.print(

@@ -45,15 +45,16 @@ class InputFiles:
     """Another one when the specification, or a file that it uses or names, is another."""
 
 
-def inputs_of(spec: str, sources: Sources, system: System) -> InputFiles:
-    """What runs of a system read beside the generated code, as it is now. Raises OSError.
+def inputs_of(spec: str, sources: Sources, system: System, more: Iterable[str] = ()) -> InputFiles:
+    """What runs of a system read beside the generated code, and `more` files. Raises OSError.
 
     Paths are as they are named, whatever links they lead over: so they are found in a copy, too.
     """
     base = os.path.abspath(os.path.dirname(spec))
     named = [os.path.join(base, path) for _, path in system.files]
     model = plant_model(system)
-    paths = [*_files_below(named), *(model.files.possible if isinstance(model, Model) else ())]
+    of_model = model.files.possible if isinstance(model, Model) else ()
+    paths = [*_files_below(named), *of_model, *more]
     content = {os.path.abspath(path): Path(path).read_bytes() for path in paths}
     root = os.path.commonpath([base, *map(os.path.dirname, content)])
     files = {os.path.relpath(path, root): content[path] for path in sorted(content)}
