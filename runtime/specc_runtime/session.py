@@ -113,6 +113,8 @@ class Session:
         )
         if feed is not None:
             self._disturbances.on_begin = partial(feed.mark, "disturbance")
+        if system.plant is not None and system.plant.ros2 is not None:
+            getattr(plant, "join", lambda _: None)(self)
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
@@ -269,6 +271,10 @@ class Session:
     def late(self) -> Mapping[str, tuple[float, int]]:
         """How late the last step of each subsystem began, in s, and the periods it has skipped."""
         return self._executor.late
+
+    def ages(self) -> Mapping[str, float]:
+        """How long ago the last sample of each sensor was measured, in s."""
+        return self._executor.ages
 
     def view(self) -> View:
         """The run as it is now."""

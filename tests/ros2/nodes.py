@@ -5,20 +5,28 @@ The first argument names the node, the others are its own.
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from contextlib import suppress
+from typing import Any
 
 import rclpy
+import yaml
+from rcl_interfaces.msg import Parameter as ParameterMessage
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Empty, Float64MultiArray, String
+from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, Int64, String
 from test_msgs.action import Fibonacci
 
 
@@ -92,6 +100,92 @@ def server(action: str, *outcomes: str) -> list[Node]:
     return [node]
 
 
+def tuner(node: str, *requests: str) -> list[Node]:
+    """Once somebody tells its speed, makes requests about the parameters of a node, in turn.
+
+    `set NAME VALUE`, `get NAME`, `list`, `describe NAME`; `strange NAME` sets one of a type that
+    there is not, `many NAME` to more values at once than there are; `until NAME VALUE` asks until
+    it is so. Prints what is answered, and each new speed.
+    """
+    own, left, speeds = rclpy.create_node("tuner"), list(requests), [0.0]
+    client, asked = AsyncParameterClient(own, node), list[tuple[str, Future]]()
+
+    def heard(message: Float64) -> None:
+        if message.data != speeds[-1]:
+            speeds.append(message.data)
+            print("speed", message.data, flush=True)
+
+    def ask() -> None:
+        if asked and asked[0][1].done():
+            request, future = asked.pop()
+            text = answered(*request.split(), future.result())
+            if text:
+                print(request, text, flush=True)
+            else:
+                left.insert(0, request)
+        if left and not asked and len(speeds) > 1 and client.services_are_ready():
+            request = left.pop(0)
+            asked.append((request, requested(client, *request.split())))
+
+    own.create_subscription(Float64, "/speed", heard, 10)
+    own.create_subscription(Int64, "/tries", lambda _: None, 10)
+    own.create_timer(0.02, ask)
+    return [own]
+
+
+def requested(client: AsyncParameterClient, kind: str, name: str = "", value: str = "") -> Future:
+    """Make a request."""
+    if kind in ("get", "until"):
+        return client.get_parameters([name])
+    if kind == "list":
+        return client.list_parameters([], 10)
+    if kind == "describe":
+        return client.describe_parameters([name])
+    message = ParameterMessage(name=name)
+    if kind == "strange":
+        message.value.type = 99
+    elif value:
+        message = RosParameter(name, value=yaml.safe_load(value or "1")).to_parameter_msg()
+    return client.set_parameters([message] * (100_000 if kind == "many" else 1))
+
+
+def answered(kind: str, *given: Any) -> str:
+    """An answer in words; empty if it has to be asked for again."""
+    *about, answer = given
+    if kind in ("get", "until"):
+        value = str(parameter_value_to_python(answer.values[0]) if answer.values else None)
+        return value if kind == "get" or value == about[1] else ""
+    if kind == "list":
+        return " ".join(sorted(answer.result.names))
+    if kind == "describe":
+        one = answer.descriptors[0]
+        bounds = [*one.floating_point_range, *one.integer_range][0]
+        return f"{one.description}: {bounds.from_value} to {bounds.to_value}"
+    return f"{answer.results[0].successful} {answer.results[0].reason}".strip()
+
+
+def doctor() -> list[Node]:
+    """Prints each message of diagnostics, as JSON."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    own = rclpy.create_node("doctor")
+
+    def heard(message: DiagnosticArray) -> None:
+        every = {
+            each.name: {
+                "level": each.level[0],
+                "message": each.message,
+                "hardware_id": each.hardware_id,
+                "values": {one.key: one.value for one in each.values},
+            }
+            for each in message.status
+        }
+        print(json.dumps(every | {"stamp": message.header.stamp.sec}), flush=True)
+
+    own.create_subscription(DiagnosticArray, "/diagnostics", heard, 10)
+    return [own]
+
+
 def commander(topic: str, when: str) -> list[Node]:
     """Sends on a topic of commands: "now", or "later", once 20 messages of somebody have come."""
     node, came = rclpy.create_node("teleop"), []
@@ -152,9 +246,11 @@ SERVERS: list[ActionServer] = []
 NODES = {
     "asker": asker,
     "commander": commander,
+    "doctor": doctor,
     "joints": joints,
     "latched": latched,
     "server": server,
+    "tuner": tuner,
 }
 
 

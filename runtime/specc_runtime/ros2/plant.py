@@ -14,12 +14,15 @@ from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.printing import say
-from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
+from specc_runtime.ros2.binding import CHANGES, CLOCK, DIAGNOSTICS, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
+from specc_runtime.ros2.constants import Constants, constants_config
+from specc_runtime.ros2.diagnosing import Diagnosing
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.host import LAST, OTHERS, WRONG
+from specc_runtime.ros2.host import LAST, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
+from specc_runtime.ros2.run import Run
 from specc_runtime.system import PlantSpec, System
 
 NODE = "specc_runtime.ros2.host.opening:devices"
@@ -55,9 +58,23 @@ class Ros2Plant(HostedPlant):
         """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
+        self._run: Run | None = None
+        self._constants: Constants | None = None
+        self._diagnosing: Diagnosing | None = None
         published = system.plant.ros2.published
-        self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+        observers = [Publishing(published, self._publish).observe] if published else []
+        if system.plant.ros2.diagnostics:
+            self._diagnosing = Diagnosing(system, partial(self._publish, DIAGNOSTICS.name))
+            observers.append(self._diagnosing.observe)
+        self.step_observers = tuple(observers)
         self._look_around()
+
+    def join(self, run: Run) -> None:
+        """Let others in ROS change the constants of the run and learn how it goes on."""
+        self._run = run
+        if run.live:
+            self._constants = Constants(run, partial(self._publish, PARAMETERS))
+            self._constants.take(self._new_report(PARAMETERS))
 
     def advance(self, duration_s: float) -> None:
         """See `HostedPlant`."""
@@ -65,6 +82,17 @@ class Ros2Plant(HostedPlant):
             self._begin_s = time.monotonic()
         super().advance(duration_s)
         self._look_around()
+        if self._constants is not None:
+            self._constants.tell()
+            self._constants.take(self._new_report(PARAMETERS))
+        if self._diagnosing is not None and self._run is not None:
+            self._diagnosing.look(self._run)
+
+    def close(self) -> None:
+        """See `HostedPlant`."""
+        if self._diagnosing is not None and self._run is not None:
+            self._diagnosing.end(self._run)
+        super().close()
 
     def _new_report(self, what: str) -> Mapping[str, Any]:
         """What the node has reported, by elements, since the last call; nothing if that is old."""
@@ -172,13 +200,17 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     gaps = {sensor.name: sensor.max_gap_s for sensor in spec.sensors}
     known = {topic.name for topic in topics}
     initialized = {sensor.name for sensor in spec.sensors if sensor.initial} & known
-    config = ros2.config | {"ros_args": [*ros_args]}
+    constants = constants_config(system.live)
+    config = ros2.config | {"ros_args": [*ros_args], "constants": constants}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
         topic["is_initialized"] = topic["name"] in initialized
     besides = (CLOCK,) if ros2.use_sim_time else ()
-    if initialized:
+    config["is_warned"] = bool(initialized or ros_args or ros2.diagnostics)
+    if config["is_warned"]:
         besides = (*besides, WRONG)
+    if constants:
+        besides = (*besides, PARAMETERS)
     if any(topic.commanded and not topic.part for topic in topics):
         besides = (*besides, OTHERS)
     setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
@@ -222,7 +254,8 @@ def _made(name: str, function: Convert, given: Any) -> Any:
 
 def _told_only(ros2: Ros2) -> set[str]:
     """What is published: a message that cannot be ends no run."""
-    return {each.topic.name for each in ros2.published} | {CHANGES.name}
+    own = CHANGES.name, DIAGNOSTICS.name, PARAMETERS
+    return {*own, *(each.topic.name for each in ros2.published)}
 
 
 def is_given_back(topic: Ros2Topic) -> bool:

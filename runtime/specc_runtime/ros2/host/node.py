@@ -6,18 +6,21 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.ros2.host import OTHERS, WRONG
+from specc_runtime.ros2.host import DIAGNOSTICS, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.joints import JointNumbers
+from specc_runtime.ros2.host.parameters import Parameters
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.stamps import measured_at
@@ -28,6 +31,8 @@ Samples = list[tuple[str, object, float]]
 _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
+_ACKNOWLEDGED_S = 0.2
+"""How long those who look have to take the last diagnostics."""
 _AROUND_S = 1.0
 """How often others are looked for who send on a topic that is commanded, or not as it is read."""
 _DISCOVERED_S = 1.0
@@ -52,7 +57,7 @@ class NodeDevices:
     joints each if `field` says where their numbers are, none missing for longer than `max_gap_s`.
     One that `is_initialized` need not have a message.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
-    `published` are for whoever looks.
+    `published` are for whoever looks. `constants` are those that others may change, as parameters.
     """
 
     def __init__(self) -> None:
@@ -74,6 +79,7 @@ class NodeDevices:
         self._others: dict[str, tuple[str, list[str]]] = {}
         self._wrong: dict[str, str] = {}
         """Why there will be no first message of elements that need none, as far as is known."""
+        self._parameters: Parameters | None = None
         self._around_due_s = 0.0
         self._received = 0
         """Messages."""
@@ -106,9 +112,9 @@ class NodeDevices:
         if self._is_simulated:
             self._follow_clock(node)
         for topic in config["published"]:
-            self._advertise(node, topic)
+            self._publish(node, topic)
         self._wait(node, float(config["wait_s"]))
-        if any(topic["is_initialized"] for topic in config["topics"]):
+        if config["is_warned"]:
             self._put(WRONG, self._wrong)
         if self._commanded:
             self._look_for_others(node)
@@ -124,6 +130,8 @@ class NodeDevices:
             if self._received == before:
                 break
         self._look()
+        if self._parameters is not None:
+            self._parameters.look()
         if time.monotonic() >= self._around_due_s:
             assert self._node is not None, "poll comes after open"
             self._around_due_s = time.monotonic() + _AROUND_S
@@ -139,12 +147,20 @@ class NodeDevices:
     def send(self, name: str, value: Any) -> None:
         """Publish a command, or pursue a goal, which comes with its number.
 
-        Raises DeviceError for what does not fit.
+        Parameters are what the run says that they are. Raises DeviceError for what does not fit.
         """
+        if name == PARAMETERS:
+            assert self._parameters is not None, "there are constants that may change"
+            self._parameters.follow(value)
+            return
         if name in self._goals:
             number, fields = value
             self._goals[name].pursue(number, fields)
             return
+        if name == DIAGNOSTICS:
+            if name not in self._publishers:
+                return
+            self._name_node(value)
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
         header: Any = getattr(message, "header", None)
@@ -154,6 +170,13 @@ class NodeDevices:
             header.stamp = self._node.get_clock().now().to_msg()
         publisher.publish(message)
 
+    def _name_node(self, diagnostics: Any) -> None:
+        """Two robots of one specification have the same subsystems, and nodes of their own."""
+        assert self._node is not None, "send comes after open"
+        own = self._node.get_fully_qualified_name().lstrip("/")
+        for status in diagnostics["status"]:
+            status["name"] = f"{own}: {status['name']}"
+
     def close(self) -> None:
         """Leave the graph; may be called twice, and without `open`."""
         if self._executor is not None:
@@ -162,6 +185,8 @@ class NodeDevices:
                 action.end()
             while time.monotonic() < until_s and not self._is_settled():
                 self._executor.spin_once(timeout_sec=_STEP_S)
+            if DIAGNOSTICS in self._publishers:  # the last ones say why the run is over
+                self._publishers[DIAGNOSTICS].wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED_S))
             self._executor.shutdown(timeout_sec=1.0)
             self._executor = None
         if self._node is not None:
@@ -188,9 +213,32 @@ class NodeDevices:
                 raise DeviceError(f"--ros-args {' '.join(given)}: {error}") from error
             raise
         self._is_simulated = bool(config.get("use_sim_time"))
+        if node.get_parameter("use_sim_time").value and not self._is_simulated:
+            raise DeviceError("--ros-args: `use_sim_time` stands in the specification")
+        self._parameters = self._declared(node, config.get("constants", []))
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
         return node
+
+    def _declared(self, node: Node, constants: list[dict[str, Any]]) -> Parameters | None:
+        """The parameters; None if there are none."""
+        tell = partial(self._put, PARAMETERS) if constants else lambda _: None
+        try:
+            parameters = Parameters(node, constants, tell)
+        except DeviceError as error:
+            raise DeviceError(f"--ros-args: {error}") from error
+        if parameters.ignored:
+            self._wrong[PARAMETERS] = parameters.ignored
+        return parameters if constants else None
+
+    def _publish(self, node: Node, topic: dict[str, Any]) -> None:
+        """Have a topic for those who look; for diagnostics, only if ROS has their messages."""
+        try:
+            self._advertise(node, topic)
+        except DeviceError as error:
+            if topic["name"] != DIAGNOSTICS:
+                raise
+            self._wrong[DIAGNOSTICS] = f"there are no diagnostics: {error}"
 
     def _act(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
         name = topic["topic"]
@@ -386,7 +434,8 @@ def _node(config: dict[str, Any], context: Any) -> Node:
         context=context,
         namespace=config.get("namespace") or None,
         parameter_overrides=overrides,
-        start_parameter_services=False,
+        start_parameter_services=bool(config.get("constants")),
+        automatically_declare_parameters_from_overrides=True,
         enable_rosout=False,
     )
 
