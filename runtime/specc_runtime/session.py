@@ -272,6 +272,10 @@ class Session:
         """How late the last step of each subsystem began, in s, and the periods it has skipped."""
         return self._executor.late
 
+    def skipped(self) -> Mapping[str, int]:
+        """Periods of each subsystem that are over and in which no step began."""
+        return self._executor.skipped
+
     def ages(self) -> Mapping[str, float]:
         """How long ago the last sample of each sensor was measured, in s."""
         return self._executor.ages

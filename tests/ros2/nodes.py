@@ -146,7 +146,7 @@ def requested(client: AsyncParameterClient, kind: str, name: str = "", value: st
         message.value.type = 99
     elif value:
         message = RosParameter(name, value=yaml.safe_load(value or "1")).to_parameter_msg()
-    return client.set_parameters([message] * (100_000 if kind == "many" else 1))
+    return client.set_parameters([message] * (1000 if kind == "many" else 1))
 
 
 def answered(kind: str, *given: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from specc_runtime.faults import Fault
@@ -34,13 +34,15 @@ class Diagnosing:
         for name, element, source in _sources(system):
             inputs = self._inputs.setdefault(name, [])
             inputs.append((input_name(subsystems[name], element), source))
+        self._states: dict[str, str] = {}
         self._computed_s: dict[tuple[str, str], float] = {}
         self._late_s: dict[str, float] = {}
         self._skipped: dict[str, int] = {}
-        self._due_s = 0.0
+        self._due_s: float | None = None
 
     def observe(self, record: StepRecord) -> None:
         """See `specc_runtime.records.Observer`."""
+        self._states[record.subsystem] = record.state
         for output, _ in record.sent:
             self._computed_s[record.subsystem, output] = record.time_s
 
@@ -49,9 +51,11 @@ class Diagnosing:
         for name, (late_s, _) in run.late().items():
             if late_s > self._late_s.get(name, 0.0):
                 self._late_s[name] = late_s
-        if (now_s := time.monotonic()) >= self._due_s:
+        now_s = time.monotonic()
+        if self._due_s is None or now_s >= self._due_s:
+            if self._due_s is not None:
+                self._tell_all(run)
             self._due_s = now_s + PERIOD_S
-            self._tell_all(run)
 
     def end(self, run: Run) -> None:
         """The run is over: tell it if a fault ended it."""
@@ -59,39 +63,44 @@ class Diagnosing:
             self._tell_all(run, run.faults[0])
 
     def _tell_all(self, run: Run, fault: Fault | None = None) -> None:
-        states, entered, measured = run.view().states, run.entered(), run.ages()
+        entered, measured = run.entered(), run.ages()
         status = []
-        for name, (_, skipped) in run.late().items():
-            state, late_s = states.get(name, ""), self._late_s.pop(name, 0.0)
-            new = skipped - self._skipped.get(name, 0)
-            self._skipped[name] = skipped
+        for name, skipped in run.skipped().items():
+            state, late_s = self._states.get(name, ""), self._late_s.pop(name, 0.0)
+            new, self._skipped[name] = skipped - self._skipped.get(name, 0), skipped
             level, message = _judged(state, new, late_s if late_s >= self._tick_s else 0.0)
             if fault is not None:
                 level, message = ERROR, f"a fault ended the run: {fault}"[:_LONGEST]
             values = {
                 "state": state,
-                "time in state (s)": f"{run.view().time_s - entered[name]:.3f}",
+                "time in state (s)": f"{run.time_s - entered[name]:.3f}",
                 "lateness (ms)": f"{1e3 * late_s:.3f}",
                 "skipped periods": str(skipped),
+                **self._ages(name, run.time_s, measured),
             }
-            for element, source in self._inputs.get(name, ()):
-                if isinstance(source, str):
-                    age_s = measured.get(source)
-                else:
-                    sent_s = self._computed_s.get(source)
-                    age_s = None if sent_s is None else run.view().time_s - sent_s
-                known = "none yet" if age_s is None else f"{1e3 * age_s:.1f}"
-                values[f"age of {element} (ms)"] = known
             status.append(
                 {
                     "level": level,
                     "name": name,
                     "message": message,
                     "hardware_id": self._name,
-                    "values": [{"key": k, "value": v} for k, v in values.items()],
+                    "values": [{"key": key, "value": value} for key, value in values.items()],
                 }
             )
         self._tell({"header": {}, "status": status})
+
+    def _ages(self, name: str, time_s: float, measured: Mapping[str, float]) -> dict[str, str]:
+        """How old the inputs of a subsystem are, since they were measured or else computed."""
+        found = {}
+        for element, source in self._inputs.get(name, ()):
+            if isinstance(source, str):
+                age_s = measured.get(source)
+            else:
+                sent_s = self._computed_s.get(source)
+                age_s = None if sent_s is None else time_s - sent_s
+            text = "no value yet" if age_s is None else f"{1e3 * age_s:.1f}"
+            found[f"age of {element} (ms)"] = text
+        return found
 
 
 def _judged(state: str, skipped: int, late_s: float) -> tuple[bytes, str]:

@@ -90,8 +90,9 @@ class Ros2Plant(HostedPlant):
 
     def close(self) -> None:
         """See `HostedPlant`."""
-        if self._diagnosing is not None and self._run is not None:
-            self._diagnosing.end(self._run)
+        run, self._run = self._run, None
+        if self._diagnosing is not None and run is not None:
+            self._diagnosing.end(run)
         super().close()
 
     def _new_report(self, what: str) -> Mapping[str, Any]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from specc_runtime.companion import View
 from specc_runtime.faults import Fault
 
 
 class Run(Protocol):
     """A `specc_runtime.session.Session`, as far as a node of ROS knows it."""
+
+    @property
+    def time_s(self) -> float:
+        """Time of the run."""
 
     @property
     def live(self) -> Mapping[str, float]:
@@ -23,11 +26,11 @@ class Run(Protocol):
     def set_constant(self, name: str, value: float, by: str) -> None:
         """Change a live constant; raises ValueError for what it may not be."""
 
-    def view(self) -> View:
-        """The run as it is now, with the state of each subsystem."""
-
     def late(self) -> Mapping[str, tuple[float, int]]:
-        """How late the last step of each subsystem began, in s, and the periods it has skipped."""
+        """How late the last step of each subsystem began, in s, and what it had skipped before."""
+
+    def skipped(self) -> Mapping[str, int]:
+        """Periods of each subsystem that are over and in which no step began."""
 
     def entered(self) -> Mapping[str, float]:
         """When each subsystem entered its state, in s of the run."""

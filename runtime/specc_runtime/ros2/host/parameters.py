@@ -187,7 +187,7 @@ def _answering(answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         refused = SetParametersResult(successful=False, reason=why[:200])
         response = type(response)()
         if hasattr(response, "results"):
-            response.results = [refused] * len(asked)
+            response.results = [refused] * min(len(asked), _MOST_AT_ONCE)
         elif isinstance(getattr(response, "result", None), SetParametersResult):
             response.result = refused
         return response
