@@ -103,9 +103,10 @@ def server(action: str, *outcomes: str) -> list[Node]:
 def tuner(node: str, *requests: str) -> list[Node]:
     """Once somebody tells its speed, makes requests about the parameters of a node, in turn.
 
-    `set NAME VALUE`, `get NAME`, `list`, `describe NAME`; `strange NAME` sets one of a type that
-    there is not, `many NAME` to more values at once than there are; `until NAME VALUE` asks until
-    it is so. Prints what is answered, and each new speed.
+    `set NAME VALUE`, `get NAME`, `list`, `describe NAME`; `insist NAME VALUE` sets until that is
+    taken, `until NAME VALUE` gets until it is so. `strange NAME` sets one of a type that there is
+    not, `many NAME` more of them than a request may have, and `burst NAME VALUE` makes two requests
+    that have as many as they may. Prints what is answered, and each new speed.
     """
     own, left, speeds = rclpy.create_node("tuner"), list(requests), [0.0]
     client, asked = AsyncParameterClient(own, node), list[tuple[str, Future]]()
@@ -146,7 +147,9 @@ def requested(client: AsyncParameterClient, kind: str, name: str = "", value: st
         message.value.type = 99
     elif value:
         message = RosParameter(name, value=yaml.safe_load(value or "1")).to_parameter_msg()
-    return client.set_parameters([message] * (1000 if kind == "many" else 1))
+    if kind == "burst":
+        client.set_parameters([message] * 200)
+    return client.set_parameters([message] * {"many": 1000, "burst": 200}.get(kind, 1))
 
 
 def answered(kind: str, *given: Any) -> str:
@@ -161,7 +164,9 @@ def answered(kind: str, *given: Any) -> str:
         one = answer.descriptors[0]
         bounds = [*one.floating_point_range, *one.integer_range][0]
         return f"{one.description}: {bounds.from_value} to {bounds.to_value}"
-    return f"{answer.results[0].successful} {answer.results[0].reason}".strip()
+    if kind == "insist" and not answer.results[0].successful:
+        return ""
+    return f"{answer.results[-1].successful} {answer.results[-1].reason}".strip()
 
 
 def doctor() -> list[Node]:

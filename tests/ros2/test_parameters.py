@@ -33,7 +33,8 @@ REQUESTS = {
     "set use_sim_time true": f"False use_sim_time {NONE}",
     "strange v": "False ValueError: 99 is not a valid Parameter.Type",
     "many v": "False a request has at most 200 parameters",
-    "set v 0.5": "True",
+    "burst v 0.9": "False there are more than 50 changes a second",
+    "insist v 0.5": "True",
     "until v 0.5": "0.5",
     "until tries 5": "5",
     "set tries 1": "True",
@@ -49,16 +50,18 @@ def test_constants_are_parameters(
     given = tmp_path / "parameters.yaml"
     given.write_text("/**: {ros__parameters: {tries: 2, lost: 1.0}}\n")
     tuner = arm("tuner", "/cell/tuned", *REQUESTS, program="nodes.py")
-    options = ["--cycles", "1", "--report", str(report), "--record", str(record), "--ros-args"]
+    options = ["--cycle-limit", "60", "--report", str(report), "--record", str(record)]
     named = ["-r", "__ns:=/cell", "-p", "v:=0.9", "--params-file", str(given)]
-    assert main(["run", str(path), *options, *named]) == 0
+    assert main(["run", str(path), *options, "--ros-args", *named]) == 0
     said = end(tuner).splitlines()
     expected = [f"{request} {answer}" for request, answer in REQUESTS.items()]
     assert [line for line in said if not line.startswith("speed")] == expected
     # What is sent when the run ends may be lost.
     assert [line for line in said if line.startswith("speed")][:2] == ["speed 0.9", "speed 0.5"]
     changes = json.loads(report.read_text())["changes"]
-    assert [(each["constant"], each["value"], each["by"]) for each in changes] == [
+    # The burst is one change, or some if steps were made meanwhile.
+    made = dict.fromkeys((each["constant"], each["value"], each["by"]) for each in changes)
+    assert list(made) == [
         ("v", 0.9, "parameter"),
         ("tries", 2, "parameter"),
         ("v", 0.5, "parameter"),
