@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from specc_runtime.faults import Fault
+from specc_runtime.live import Change
 from specc_runtime.loading import timed
 from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
@@ -34,9 +35,9 @@ class Run:
     def set_constant(self, name: str, value: float, by: str) -> None:
         self.asked.append((name, value, by))
 
-    def tick(self) -> None:
-        for name, value, _ in self.asked:
-            self.live[name] = value
+    def tick(self, constants: Constants) -> None:
+        for name, value, by in self.asked:
+            constants.changed(Change(1, name, value, by))
         self.asked.clear()
 
 
@@ -46,13 +47,15 @@ def test_a_request_is_made_once_and_acknowledged_when_it_has_taken_effect() -> N
     constants.take({"v": (1, 0.5)})
     constants.take({"v": (1, 0.5)})
     assert run.asked == [("v", 0.5, "parameter")]
-    run.tick()
+    constants.tell()  # ticks were skipped: it has not taken effect yet
+    assert not told
+    run.tick(constants)
     constants.tell()
     assert told == [{"v": (1, 0.5), "n": (0, 3)}]
     constants.take({"v": (3, 0.7)})
     run.set_constant("n", 5, "page")
     assert len(told) == 1
-    run.tick()
+    run.tick(constants)
     constants.tell()
     constants.tell()
     assert told[1:] == [{"v": (3, 0.7), "n": (0, 5)}]

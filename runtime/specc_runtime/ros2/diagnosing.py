@@ -8,7 +8,7 @@ from typing import Any
 
 from specc_runtime.faults import Fault
 from specc_runtime.records import StepRecord
-from specc_runtime.ros2.run import Run
+from specc_runtime.ros2.run import Ros2Run
 from specc_runtime.subsystem import input_name
 from specc_runtime.system import System
 
@@ -46,7 +46,7 @@ class Diagnosing:
         for output, _ in record.sent:
             self._computed_s[record.subsystem, output] = record.time_s
 
-    def look(self, run: Run) -> None:
+    def look(self, run: Ros2Run) -> None:
         """Note how late steps are; called once a base tick."""
         for name, (late_s, _) in run.late().items():
             if late_s > self._late_s.get(name, 0.0):
@@ -57,12 +57,12 @@ class Diagnosing:
                 self._tell_all(run)
             self._due_s = now_s + PERIOD_S
 
-    def end(self, run: Run) -> None:
+    def end(self, run: Ros2Run) -> None:
         """The run is over: tell it if a fault ended it."""
         if run.faults:
             self._tell_all(run, run.faults[0])
 
-    def _tell_all(self, run: Run, fault: Fault | None = None) -> None:
+    def _tell_all(self, run: Ros2Run, fault: Fault | None = None) -> None:
         entered, measured = run.entered(), run.ages()
         status = []
         for name, skipped in run.skipped().items():

@@ -8,10 +8,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
+from specc_runtime.live import Change
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.printing import say
 from specc_runtime.ros2.binding import CHANGES, CLOCK, DIAGNOSTICS, Ros2, Ros2Topic
@@ -22,7 +24,7 @@ from specc_runtime.ros2.goals import goals_of
 from specc_runtime.ros2.host import LAST, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
-from specc_runtime.ros2.run import Run
+from specc_runtime.ros2.run import Ros2Run
 from specc_runtime.system import PlantSpec, System
 
 NODE = "specc_runtime.ros2.host.opening:devices"
@@ -58,7 +60,7 @@ class Ros2Plant(HostedPlant):
         """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
-        self._run: Run | None = None
+        self._run: Ros2Run | None = None
         self._constants: Constants | None = None
         self._diagnosing: Diagnosing | None = None
         published = system.plant.ros2.published
@@ -69,12 +71,17 @@ class Ros2Plant(HostedPlant):
         self.step_observers = tuple(observers)
         self._look_around()
 
-    def join(self, run: Run) -> None:
+    def join(self, run: Ros2Run) -> None:
         """Let others in ROS change the constants of the run and learn how it goes on."""
         self._run = run
         if run.live:
             self._constants = Constants(run, partial(self._publish, PARAMETERS))
             self._constants.take(self._new_report(PARAMETERS))
+
+    def changed(self, change: Event) -> None:
+        """Something that was changed from outside takes effect."""
+        if self._constants is not None and isinstance(change, Change):
+            self._constants.changed(change)
 
     def advance(self, duration_s: float) -> None:
         """See `HostedPlant`."""

@@ -8,7 +8,7 @@ from typing import Protocol
 from specc_runtime.faults import Fault
 
 
-class Run(Protocol):
+class Ros2Run(Protocol):
     """A `specc_runtime.session.Session`, as far as a node of ROS knows it."""
 
     @property

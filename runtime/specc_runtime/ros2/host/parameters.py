@@ -20,7 +20,7 @@ from rclpy.parameter import Parameter
 
 from specc_runtime.hosting.devices import DeviceError
 
-Asked = dict[str, tuple[int, float]]
+Requests = dict[str, tuple[int, float]]
 """By constants: the number of the last request, and the value."""
 _MOST_A_SECOND = 50.0
 """Changes that are taken; each is kept in memory, in the report and in a recording."""
@@ -39,7 +39,7 @@ class Parameters:
     """
 
     def __init__(
-        self, node: Node, constants: list[dict[str, Any]], tell: Callable[[Asked], None]
+        self, node: Node, constants: list[dict[str, Any]], tell: Callable[[Requests], None]
     ) -> None:
         """Declare the constants, each with `name`, `value`, `least`, `greatest`, `unit` and
         `title`; the node has declared what it was given behind `--ros-args`.
@@ -52,8 +52,8 @@ class Parameters:
         self._node = node
         self._constants = {constant["name"]: constant for constant in constants}
         self._tell = tell
-        self._asked: Asked = {}
-        self._news: deque[Asked] = deque()
+        self._requests: Requests = {}
+        self._news: deque[Requests] = deque()
         self._left, self._since_s = float(_MOST_AT_ONCE), time.monotonic()
         given = {
             name: parameter.value
@@ -66,14 +66,14 @@ class Parameters:
             first = _checked(constant, given.pop(name)) if name in given else constant["value"]
             self._declare(name, first)
             if first != constant["value"]:
-                self._asked[name] = 1, first
+                self._requests[name] = 1, first
         self.ignored = self._why_ignored(given)
         own = {SetParameters: self._set_each, SetParametersAtomically: self._set_all}
         for service in node.services:
             service.callback = _answering(own.get(service.srv_type, service.callback))
-        tell(self._asked)
+        tell(self._requests)
 
-    def follow(self, values: Asked) -> None:
+    def follow(self, values: Requests) -> None:
         """The run says what constants are; any thread may call this."""
         self._news.append(values)
 
@@ -115,8 +115,8 @@ class Parameters:
         if why := self._refusal(parameters):
             return SetParametersResult(successful=False, reason=why)
         for each in parameters:
-            self._asked[each.name] = self._number(each.name) + 1, each.value
-        self._tell(dict(self._asked))
+            self._requests[each.name] = self._number(each.name) + 1, each.value
+        self._tell(dict(self._requests))
         return self._node.set_parameters_atomically(parameters)
 
     def _refusal(self, parameters: list[Parameter]) -> str:
@@ -137,7 +137,7 @@ class Parameters:
         return ""
 
     def _number(self, name: str) -> int:
-        return self._asked[name][0] if name in self._asked else 0
+        return self._requests[name][0] if name in self._requests else 0
 
     def _why_ignored(self, given: Mapping[str, Any]) -> str:
         if not given:
@@ -177,9 +177,9 @@ def _answering(answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
 
     def safely(request: Any, response: Any) -> Any:
         fields = ("parameters", "names", "prefixes")
-        asked = next((getattr(request, each) for each in fields if hasattr(request, each)), ())
+        parts = next((getattr(request, each) for each in fields if hasattr(request, each)), ())
         why = f"a request has at most {_MOST_AT_ONCE} parameters"
-        if len(asked) <= _MOST_AT_ONCE:
+        if len(parts) <= _MOST_AT_ONCE:
             try:
                 return answer(request, response)
             except Exception as error:  # noqa: BLE001  # a stranger's request, whatever rclpy raises
@@ -187,7 +187,7 @@ def _answering(answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         refused = SetParametersResult(successful=False, reason=why[:200])
         response = type(response)()
         if hasattr(response, "results"):
-            response.results = [refused] * min(len(asked), _MOST_AT_ONCE)
+            response.results = [refused] * min(len(parts), _MOST_AT_ONCE)
         elif isinstance(getattr(response, "result", None), SetParametersResult):
             response.result = refused
         return response
