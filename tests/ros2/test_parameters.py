@@ -92,6 +92,14 @@ def test_a_first_value_that_cannot_be_is_refused(
     assert said in capfd.readouterr().err
 
 
+def test_a_parameter_that_every_node_has_is_no_constant(
+    spec: Spec, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = spec(("tries", "use_sim_time"), name="tuned")
+    assert main(["run", str(path)]) == 2
+    assert "use_sim_time is a parameter of every node" in capfd.readouterr().err
+
+
 def test_others_learn_how_a_run_goes_on(
     arm: Start, ros: str, spec: Spec, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

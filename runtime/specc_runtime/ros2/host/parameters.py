@@ -47,7 +47,7 @@ class Parameters:
         `tell` is called with all that others have asked for, at once with what was given.
 
         `ignored` is why given parameters count for nothing. Raises DeviceError for a value that a
-        constant may not have.
+        constant may not have, and for the name of a parameter that every node has.
         """
         self._node = node
         self._constants = {constant["name"]: constant for constant in constants}
@@ -69,7 +69,7 @@ class Parameters:
                 self._requests[name] = 1, first
         self.ignored = self._why_ignored(given)
         own = {SetParameters: self._set_each, SetParametersAtomically: self._set_all}
-        for service in node.services:
+        for service in node.services:  # those of parameters: there are no others yet
             service.callback = _answering(own.get(service.srv_type, service.callback))
         tell(self._requests)
 
@@ -91,6 +91,8 @@ class Parameters:
 
     def _declare(self, name: str, value: float) -> None:
         constant = self._constants[name]
+        if name in _OWN:
+            raise DeviceError(f"{name} is a parameter of every node: name the constant otherwise")
         least, greatest = constant["least"], constant["greatest"]
         descriptor = ParameterDescriptor(description=_described(constant))
         if type(constant["value"]) is int:
