@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar, cast
 
 PROGRAM, TASK, PAGE, KEYS = "program", "task", "page", "keys"
-"""By whom something is changed."""
+PARAMETER = "parameter"
+"""By whom something is changed; by a parameter, by another node of ROS."""
 
 
 @dataclass(frozen=True, slots=True)

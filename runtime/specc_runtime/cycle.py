@@ -181,6 +181,14 @@ class Executor:
         )
         return {name: (max(late_s, 0.0), self._tracks[name].skipped) for name, late_s in begun}
 
+    @property
+    def ages(self) -> dict[str, float]:
+        """How long ago the last sample of each sensor was measured, in s."""
+        now_s, sensors = self._now_s(), self._sensors.items()
+        return {
+            name: max(0.0, now_s - sensor.measured_s) for name, sensor in sensors if sensor.count
+        }
+
     def advance(self) -> bool:
         """One base tick: commit, sample, step, let the plant move.
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -67,11 +68,7 @@ def timed(options: Options, system: System) -> Options:
             raise UsageError("--ros-args: the plant is not behind ROS 2, so there is no node")
         is_free = options.speed is None and not options.real_time
         return replace(options, speed=1.0) if options.keys and is_free else options
-    if not {"-p", "--param", "--params-file"}.isdisjoint(options.ros_args):
-        raise UsageError(
-            "--ros-args: the node has no parameters: --set gives constants their values, and "
-            "`use_sim_time` stands in the specification"
-        )
+    _check_parameters(options.ros_args, [constant.name for constant in system.live])
     for option, value in (("--speed", options.speed), ("--from", options.resume)):
         if value is not None:
             raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")
@@ -79,6 +76,19 @@ def timed(options: Options, system: System) -> Options:
         if wanted:  # before the robot is asked for anything
             raise UsageError(f"{option}: a robot behind ROS 2 cannot be drawn; try rviz")
     return replace(options, real_time=True)
+
+
+def _check_parameters(ros_args: Sequence[str], live: Sequence[str]) -> None:
+    """Raises UsageError if `-p` names what is no parameter of the node."""
+    for option, text in pairwise(ros_args):
+        name = text.partition(":=")[0].rpartition(":")[2]
+        if option in ("-p", "--param") and name not in live:
+            known = ", ".join(live) or "none"
+            raise UsageError(
+                f"--ros-args {option} {text}: {name} is no constant that may change; there are: "
+                f"{known}. --set gives constants their values, and `use_sim_time` stands in the "
+                "specification"
+            )
 
 
 class _Beside:

@@ -68,7 +68,7 @@ class Options:
     spec: str = ""
     """The specification, as it was named; empty where only the package is known."""
     ros_args: tuple[str, ...] = ()
-    """What the node of a plant behind ROS 2 gets: remappings, its namespace."""
+    """What the node of a plant behind ROS 2 gets: remappings, namespace, parameters."""
     scenario: str | None = None
     """The scenario of which the run is one, for recordings."""
 
@@ -149,7 +149,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "simulated seconds in one of the clock, at most (default: as fast as it goes)"
     pace("--speed", metavar="X", type=_speed, help=words)
     add("--inline", action="store_true", help="no worker threads; the records are the same")
-    words = "the rest is for the node behind ROS 2: -r OLD:=NEW, -r __ns:=/left"
+    words = "the rest is for the node behind ROS 2: -r OLD:=NEW, -r __ns:=/left, -p NAME:=VALUE"
     rest = argparse.REMAINDER
     add("--ros-args", nargs=rest, default=(), help=words)
 

@@ -113,6 +113,11 @@ class Session:
         )
         if feed is not None:
             self._disturbances.on_begin = partial(feed.mark, "disturbance")
+        is_ros2 = system.plant is not None and system.plant.ros2 is not None
+        self._ros2: Any = plant if is_ros2 and hasattr(plant, "join") else None
+        """The plant that others in ROS see the run by, if there is one."""
+        if self._ros2 is not None:
+            self._ros2.join(self)
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
@@ -157,6 +162,8 @@ class Session:
             self._recorder.changed(change, self._executor.time_s)
         if self._feed is not None:
             self._feed.changed(change, self._executor.time_s)
+        if self._ros2 is not None:
+            self._ros2.changed(change)
 
     def saved(self, values: Values) -> dict[str, Any]:
         """A snapshot, plain data; raises NotRecorded for what has none."""
@@ -270,6 +277,14 @@ class Session:
         """How late the last step of each subsystem began, in s, and the periods it has skipped."""
         return self._executor.late
 
+    def skipped(self) -> Mapping[str, int]:
+        """Periods of each subsystem that are over and in which no step began."""
+        return self._executor.skipped
+
+    def ages(self) -> Mapping[str, float]:
+        """How long ago the last sample of each sensor was measured, in s."""
+        return self._executor.ages
+
     def view(self) -> View:
         """The run as it is now."""
         return View(
@@ -350,9 +365,7 @@ class Session:
         return [event.as_data() | {"time_s": round(event.tick * tick_s, 9)} for event in events]
 
     def _other_commanders(self) -> dict[str, Any]:
-        plant = self._system.plant
-        is_ros2 = plant is not None and plant.ros2 is not None
-        return dict(getattr(self._plant, "other_commanders", {})) if is_ros2 else {}
+        return {} if self._ros2 is None else dict(self._ros2.other_commanders)
 
     def _stop_data(self) -> dict[str, Any]:
         """The entry of the report for the formula that ends the run, if there is one."""

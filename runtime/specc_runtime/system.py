@@ -95,7 +95,7 @@ class LiveConstant:
     """A constant that may change within its bounds while the system runs, in SI units.
 
     `initial` is its value at the start; `readers` are subsystems and the elements of their inputs
-    that have it.
+    that have it; `title` is what the specification says of it.
     """
 
     name: str
@@ -104,6 +104,7 @@ class LiveConstant:
     greatest: float
     unit: str = ""
     readers: tuple[tuple[str, str], ...] = ()
+    title: str = ""
 
     def checked(self, value: float) -> float:
         """A value that it may get; raises ValueError for any other one."""

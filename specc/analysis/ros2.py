@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from specc.diagnostics import nearest
 from specc.diagnostics.phrases import with_article
 from specc.lang.kinds import kind
-from specc.model.system import Binding, CallKind, Element, Published, Subsystem, System
+from specc.model.system import DIAGNOSTICS, Binding, CallKind, Element, Published, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Text, Type
 from specc.model.units import (
     DIMENSIONLESS,
@@ -380,7 +380,7 @@ def published_value(published: Published, system: System) -> PublishedValue | Me
     owner = ".".join(name.split(".")[:2])
     subsystem = subsystems.get(owner)
     if subsystem is None:
-        return _unknown("subsystem", owner, tuple(subsystems))
+        return _unknown("subsystem", owner, (*subsystems, DIAGNOSTICS))
     if name == owner:
         return PublishedValue(
             name, subsystem, "", "", "std_msgs/String", MessagePart("scalar", "data"), Text()

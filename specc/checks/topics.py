@@ -17,7 +17,7 @@ from specc.analysis.ros2 import (
 )
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted, with_article
-from specc.model.system import PLANT
+from specc.model.system import DIAGNOSTICS, PLANT
 from specc.model.types import OptionalOf, Vector
 from specc.source import Place
 
@@ -261,6 +261,8 @@ def published_known(facts: Facts) -> Iterator[Diagnostic]:
             "E0521",
         )
         if plant is not None and plant.ros2 is not None:
+            if published.name == DIAGNOSTICS:
+                continue
             found = published_value(published, facts.system)
         if isinstance(found, MessageTypeMismatch):
             yield Diagnostic(found.code, found.message, published.place, help=found.help)

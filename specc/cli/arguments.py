@@ -303,7 +303,7 @@ def _run(command: Parser) -> None:
     add("--scenario", metavar="NAME", help=words)
     _add_policy(command)
     _add_stop(command)
-    words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`; may be repeated"
+    words = "let others in ROS watch this: `irp.m`, `irp.m.y.c.T_c`, `diagnostics`; may be repeated"
     add("--publish", metavar="NAME", action="append", default=[], help=words)
     words = (
         "show the run in a page of this machine, --ui=PORT at that port; not faster than --speed 1"

@@ -54,6 +54,7 @@ from specc.lower.nodes import number
 from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
 from specc.model.system import (
+    DIAGNOSTICS,
     PLANT,
     Binding,
     Device,
@@ -83,8 +84,10 @@ def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
     topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
     yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
     published = [_published(each, system, ros2, imports) for each in system.plant.published]
-    if system.plant.published:
+    if any(published):
         yield f"published=({''.join(f'{each}, ' for each in published if each)})"
+    if any(each.name == DIAGNOSTICS for each in system.plant.published):
+        yield "diagnostics=True"
 
 
 def _published(each: Published, system: System, ros2: Ros2, imports: Imports) -> str:
@@ -246,7 +249,7 @@ def _live_constants(system: System, imports: Imports) -> Iterator[str]:
         arguments = (
             literal(name),
             *numbers,
-            *keyword_arguments({"unit": unit, "readers": tuple(readers)}),
+            *keyword_arguments({"unit": unit, "readers": tuple(readers), "title": constant.title}),
         )
         yield call(imports.runtime_name("LiveConstant"), arguments)
 

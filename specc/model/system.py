@@ -125,11 +125,15 @@ PLANT: Final = "plant"
 """Stands for the device in bindings of what requirements see of the plant."""
 
 
+DIAGNOSTICS: Final = "diagnostics"
+"""Stands for the diagnostics of all subsystems among what is published."""
+
+
 @dataclass(frozen=True, slots=True)
 class Published:
     """A state or an output that is published in ROS.
 
-    It is named `agent.subsystem` or `agent.subsystem.y.peer.element`.
+    It is named `agent.subsystem` or `agent.subsystem.y.peer.element`, or is `DIAGNOSTICS`.
     """
 
     name: str

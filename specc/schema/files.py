@@ -248,7 +248,9 @@ class PlantDef(SpecModel, first="model python ros2"):
     )
     ros2: Ros2Def | None = key(None, "Node that reads and writes topics of ROS 2.")
     publish: list[str] = key(
-        [], "What others in ROS can watch: `irp.m`, a state, or `irp.m.y.c.T_c`, what is sent."
+        [],
+        "What others in ROS can watch: `irp.m`, a state, `irp.m.y.c.T_c`, what is sent, or"
+        " `diagnostics`.",
     )
     bind: dict[str, BindingDef] = key(
         {}, "Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."

@@ -22,7 +22,7 @@ from specc.lower.names import in_docstring, literal, one_line
 from specc.lower.nodes import number
 from specc.mjcf.model import ModelError
 from specc.mjcf.reader import read_model
-from specc.model.system import Ros2, System
+from specc.model.system import DIAGNOSTICS, Ros2, System
 from specc.model.types import Real
 from specc.model.units import DIMENSIONLESS
 from specc.output import OutputFiles
@@ -165,7 +165,7 @@ def _message_packages(system: System, ros2: Ros2) -> Iterator[str]:
         if binding.tf:
             yield from ("tf2_msgs", "tf2_ros")
     for each in system.plant.published:
-        if each.name == "diagnostics":
+        if each.name == DIAGNOSTICS:
             yield "diagnostic_msgs"
         found = published_value(each, system)
         if not isinstance(found, MessageTypeMismatch):

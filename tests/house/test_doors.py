@@ -39,6 +39,7 @@ DOORS = {
         "specc.tools.lsp.session",
     },
     "pygraphviz": {"specc.tools.graph.drawing"},
+    "rcl_interfaces": {"specc_runtime.ros2.host"},
     "rclpy": {"specc_runtime.ros2.host"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},

@@ -62,7 +62,11 @@ def test_the_compiler_needs_no_extra_but_for_what_extras_are_for() -> None:
 
 
 def test_the_runtime_needs_nothing_of_the_compiler() -> None:
-    theirs = {"rclpy", "tf2_ros"}  # of the user's ROS, in whose Python it is imported
+    theirs = {
+        "rcl_interfaces",
+        "rclpy",
+        "tf2_ros",
+    }  # of the user's ROS, in whose Python it is imported
     assert distributions("runtime", "specc_runtime") - theirs == declared(
         EXTRAS["run"], EXTRAS["vision"], EXTRAS["record"]
     )

@@ -5,6 +5,7 @@ The first argument names the node, the others are its own.
 
 from __future__ import annotations
 
+import json
 import sys
 import threading
 import time
@@ -16,16 +17,21 @@ from random import Random
 from typing import Any
 
 import rclpy
+import yaml
+from rcl_interfaces.msg import Parameter as ParameterMessage
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, String
+from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, Int64, String
 from std_srvs.srv import SetBool, Trigger
 from test_msgs.action import Fibonacci
 
@@ -160,6 +166,97 @@ def mortal(action: str, state: str, waiting: str, *lives: str) -> list[Node]:
     keeper.create_timer(0.05, look)
     begin()
     return [keeper]
+
+
+def tuner(node: str, *requests: str) -> list[Node]:
+    """Once somebody tells its speed, makes requests about the parameters of a node, in turn.
+
+    `set NAME VALUE`, `get NAME`, `list`, `describe NAME`; `insist NAME VALUE` sets until that is
+    taken, `until NAME VALUE` gets until it is so. `strange NAME` sets one of a type that there is
+    not, `many NAME` more of them than a request may have, and `burst NAME VALUE` makes two requests
+    that have as many as they may. Prints what is answered, and each new speed.
+    """
+    own, left, speeds = rclpy.create_node("tuner"), list(requests), [0.0]
+    client, asked = AsyncParameterClient(own, node), list[tuple[str, Future]]()
+
+    def heard(message: Float64) -> None:
+        if message.data != speeds[-1]:
+            speeds.append(message.data)
+            print("speed", message.data, flush=True)
+
+    def ask() -> None:
+        if asked and asked[0][1].done():
+            request, future = asked.pop()
+            text = answered(*request.split(), future.result())
+            if text:
+                print(request, text, flush=True)
+            else:
+                left.insert(0, request)
+        if left and not asked and len(speeds) > 1 and client.services_are_ready():
+            request = left.pop(0)
+            asked.append((request, requested(client, *request.split())))
+
+    own.create_subscription(Float64, "/speed", heard, 10)
+    own.create_subscription(Int64, "/tries", lambda _: None, 10)
+    own.create_timer(0.02, ask)
+    return [own]
+
+
+def requested(client: AsyncParameterClient, kind: str, name: str = "", value: str = "") -> Future:
+    """Make a request."""
+    if kind in ("get", "until"):
+        return client.get_parameters([name])
+    if kind == "list":
+        return client.list_parameters([], 10)
+    if kind == "describe":
+        return client.describe_parameters([name])
+    message = ParameterMessage(name=name)
+    if kind == "strange":
+        message.value.type = 99
+    elif value:
+        message = RosParameter(name, value=yaml.safe_load(value or "1")).to_parameter_msg()
+    if kind == "burst":
+        client.set_parameters([message] * 200)
+    return client.set_parameters([message] * {"many": 1000, "burst": 200}.get(kind, 1))
+
+
+def answered(kind: str, *given: Any) -> str:
+    """An answer in words; empty if it has to be asked for again."""
+    *about, answer = given
+    if kind in ("get", "until"):
+        value = str(parameter_value_to_python(answer.values[0]) if answer.values else None)
+        return value if kind == "get" or value == about[1] else ""
+    if kind == "list":
+        return " ".join(sorted(answer.result.names))
+    if kind == "describe":
+        one = answer.descriptors[0]
+        bounds = [*one.floating_point_range, *one.integer_range][0]
+        return f"{one.description}: {bounds.from_value} to {bounds.to_value}"
+    if kind == "insist" and not answer.results[0].successful:
+        return ""
+    return f"{answer.results[-1].successful} {answer.results[-1].reason}".strip()
+
+
+def doctor() -> list[Node]:
+    """Prints each message of diagnostics, as JSON."""
+    from diagnostic_msgs.msg import DiagnosticArray
+
+    own = rclpy.create_node("doctor")
+
+    def heard(message: DiagnosticArray) -> None:
+        every = {
+            each.name: {
+                "level": each.level[0],
+                "message": each.message,
+                "hardware_id": each.hardware_id,
+                "values": {one.key: one.value for one in each.values},
+            }
+            for each in message.status
+        }
+        print(json.dumps(every | {"stamp": message.header.stamp.sec}), flush=True)
+
+    own.create_subscription(DiagnosticArray, "/diagnostics", heard, 10)
+    return [own]
 
 
 def commander(topic: str, when: str) -> list[Node]:
@@ -330,6 +427,7 @@ NODES = {
     "asker": asker,
     "client": client,
     "commander": commander,
+    "doctor": doctor,
     "joints": joints,
     "latched": latched,
     "moody": moody,
@@ -337,6 +435,7 @@ NODES = {
     "presser": presser,
     "server": server,
     "switch": switch,
+    "tuner": tuner,
 }
 
 

@@ -12,7 +12,7 @@ from tests.house.tree import Module, modules
 HOST = [
     m for m in modules("runtime", "specc_runtime") if m.name.startswith("specc_runtime.ros2.host")
 ]
-THEIRS = {"rclpy", "tf2_ros"}
+THEIRS = {"rcl_interfaces", "rclpy", "tf2_ros"}
 ALLOWED = ("specc_runtime.hosting.devices", "specc_runtime.ros2.host")
 
 

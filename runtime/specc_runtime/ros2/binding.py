@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from specc_runtime.ros2.host import DIAGNOSTICS as _DIAGNOSTICS
+
 Shape = Literal[
     "arrival",
     "camera",
@@ -97,7 +99,8 @@ class Ros2:
 
     `node` is its name, with its namespace if it has one: `/cell/irp`. `python` runs it: that of
     the user's ROS. `wait_s` is how long topics may have no first message, or nobody who reads
-    them. With `use_sim_time` the time is that of `/clock`.
+    them. With `use_sim_time` the time is that of `/clock`, and with `diagnostics` others learn
+    how each subsystem goes on.
     """
 
     node: str
@@ -106,6 +109,7 @@ class Ros2:
     wait_s: float = 5.0
     use_sim_time: bool = False
     published: tuple[Ros2Published, ...] = ()
+    diagnostics: bool = False
 
     @property
     def config(self) -> dict[str, Any]:
@@ -117,7 +121,10 @@ class Ros2:
             "use_sim_time": self.use_sim_time,
             "wait_s": self.wait_s,
             "topics": [topic.config for topic in self.topics],
-            "published": _watched(self.published),
+            "published": [
+                *_watched(self.published),
+                *([DIAGNOSTICS.config] if self.diagnostics else []),
+            ],
         }
 
 
@@ -126,6 +133,10 @@ CLOCK = "/clock"
 CHANGES = Ros2Topic("~/changes", "~/changes", "std_msgs/String", "scalar", "data", commanded=True)
 """A text for each change of a state that is published: JSON, with `subsystem`, `from`, `to` and
 `time_s`, that of the run."""
+
+DIAGNOSTICS = Ros2Topic(
+    _DIAGNOSTICS, _DIAGNOSTICS, "diagnostic_msgs/DiagnosticArray", "message", commanded=True
+)
 
 
 def _watched(published: tuple[Ros2Published, ...]) -> list[dict[str, Any]]:

@@ -8,19 +8,24 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from specc_runtime.changes import Event
 from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.wire import plain
+from specc_runtime.live import Change
 from specc_runtime.plant import LOST
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.printing import say
-from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2, Ros2Topic
+from specc_runtime.ros2.binding import CHANGES, CLOCK, DIAGNOSTICS, Ros2, Ros2Topic
 from specc_runtime.ros2.clock import RosClock
+from specc_runtime.ros2.constants import Constants, constants_config
+from specc_runtime.ros2.diagnosing import Diagnosing
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.host import LAST, OTHERS, WRONG
+from specc_runtime.ros2.host import LAST, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
+from specc_runtime.ros2.run import Ros2Run
 from specc_runtime.system import PlantSpec, System
 
 NODE = "specc_runtime.ros2.host.opening:devices"
@@ -60,9 +65,28 @@ class Ros2Plant(HostedPlant):
         """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
+        self._run: Ros2Run | None = None
+        self._constants: Constants | None = None
+        self._diagnosing: Diagnosing | None = None
         published = system.plant.ros2.published
-        self.step_observers = (Publishing(published, self._publish).observe,) if published else ()
+        observers = [Publishing(published, self._publish).observe] if published else []
+        if system.plant.ros2.diagnostics:
+            self._diagnosing = Diagnosing(system, partial(self._publish, DIAGNOSTICS.name))
+            observers.append(self._diagnosing.observe)
+        self.step_observers = tuple(observers)
         self._look_around()
+
+    def join(self, run: Ros2Run) -> None:
+        """Let others in ROS change the constants of the run and learn how it goes on."""
+        self._run = run
+        if run.live:
+            self._constants = Constants(run, partial(self._publish, PARAMETERS))
+            self._constants.take(self._new_report(PARAMETERS))
+
+    def changed(self, change: Event) -> None:
+        """Something that was changed from outside takes effect."""
+        if self._constants is not None and isinstance(change, Change):
+            self._constants.changed(change)
 
     def advance(self, duration_s: float) -> None:
         """See `HostedPlant`."""
@@ -73,6 +97,18 @@ class Ros2Plant(HostedPlant):
         self._statuses.clear()
         super().advance(duration_s)
         self._look_around()
+        if self._constants is not None:
+            self._constants.tell()
+            self._constants.take(self._new_report(PARAMETERS))
+        if self._diagnosing is not None and self._run is not None:
+            self._diagnosing.look(self._run)
+
+    def close(self) -> None:
+        """See `HostedPlant`."""
+        run, self._run = self._run, None
+        if self._diagnosing is not None and run is not None:
+            self._diagnosing.end(run)
+        super().close()
 
     def actuate(self, name: str, value: Any) -> None:
         """See `HostedPlant`."""
@@ -188,14 +224,18 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
     known = {topic.name for topic in topics}
     initialized = {sensor.name for sensor in spec.sensors if sensor.initial} & known
     answered = {sensor.name for sensor in spec.sensors if sensor.on_loss}
-    config = ros2.config | {"ros_args": [*ros_args]}
+    constants = constants_config(system.live)
+    config = ros2.config | {"ros_args": [*ros_args], "constants": constants}
     for topic in config["topics"]:
         topic["max_gap_s"] = gaps.get(topic["name"])
         topic["is_initialized"] = topic["name"] in initialized
         topic["is_answered"] = topic["name"] in answered
     besides = (CLOCK,) if ros2.use_sim_time else ()
-    if initialized:
+    config["is_warned"] = bool(initialized or ros_args or ros2.diagnostics)
+    if config["is_warned"]:
         besides = (*besides, WRONG)
+    if constants:
+        besides = (*besides, PARAMETERS)
     if any(topic.commanded and not topic.interface for topic in topics):
         besides = (*besides, OTHERS)
     setup = Setup(NODE, config, python=ros2.python, wait_s=ros2.wait_s + START_S, besides=besides)
@@ -243,7 +283,8 @@ def _made(name: str, function: Convert, given: Any) -> Any:
 
 def _told_only(ros2: Ros2) -> set[str]:
     """What is published: a message that cannot be ends no run."""
-    return {each.topic.name for each in ros2.published} | {CHANGES.name}
+    own = CHANGES.name, DIAGNOSTICS.name, PARAMETERS
+    return {*own, *(each.topic.name for each in ros2.published)}
 
 
 def is_given_back(topic: Ros2Topic) -> bool:

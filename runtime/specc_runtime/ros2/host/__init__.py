@@ -9,4 +9,11 @@ LAST = -1
 OTHERS = "/others"
 """The name, among what the node reports, of those who send on topics that the run commands."""
 WRONG = "/wrong"
-"""The name, likewise, of why topics whose first message is not awaited will not have one."""
+"""The name, likewise, of what is known to be wrong and ends no run, by what it is about: why topics
+whose first message is not awaited will not have one."""
+PARAMETERS = "/parameters"
+"""The name, likewise, of what others have asked constants to be: by their names the number of the
+request, and the value. Under that name the node is told what they are, and the number of the last
+request that is in it."""
+DIAGNOSTICS = "/diagnostics"
+"""The name, likewise, of the topic of that name among those that are published."""

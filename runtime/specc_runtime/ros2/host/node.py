@@ -11,15 +11,17 @@ from typing import Any
 
 import rclpy
 from rclpy.action import get_action_names_and_types
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.ros2.host import OTHERS, WRONG
+from specc_runtime.ros2.host import DIAGNOSTICS, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.joints import JointNumbers
+from specc_runtime.ros2.host.parameters import Parameters
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.services import CalledService, ServedService
@@ -33,6 +35,8 @@ Samples = list[tuple[str, object, float]]
 _STEP_S = 0.05
 _SETTLED_S = 1.0
 """How long the servers of actions have at the end for their answers."""
+_ACKNOWLEDGED_S = 0.2
+"""How long those who look have to take the last diagnostics."""
 _AROUND_S = 1.0
 """How often others are looked for who send on a topic that is commanded, or not as it is read."""
 _DISCOVERED_S = 1.0
@@ -58,7 +62,7 @@ class NodeDevices:
     One that `is_initialized` need not have a message. The loss of one that `is_answered`, of a
     joint or of the server of an action, is the value None instead of an error.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
-    `published` are for whoever looks.
+    `published` are for whoever looks. `constants` are those that others may change, as parameters.
     """
 
     def __init__(self) -> None:
@@ -80,6 +84,7 @@ class NodeDevices:
         self._others: dict[str, tuple[str, list[str]]] = {}
         self._wrong: dict[str, str] = {}
         """Why there will be no first message of elements that need none, as far as is known."""
+        self._parameters: Parameters | None = None
         self._around_due_s = 0.0
         self._received = 0
         """Messages."""
@@ -112,9 +117,9 @@ class NodeDevices:
         if self._is_simulated:
             self._follow_clock(node)
         for topic in config["published"]:
-            self._advertise(node, topic)
+            self._publish(node, topic)
         self._wait(node, float(config["wait_s"]))
-        if any(topic["is_initialized"] for topic in config["topics"]):
+        if config["is_warned"]:
             self._put(WRONG, self._wrong)
         if self._commanded:
             self._look_for_others(node)
@@ -130,6 +135,8 @@ class NodeDevices:
             if self._received == before:
                 break
         self._look()
+        if self._parameters is not None:
+            self._parameters.look()
         if time.monotonic() >= self._around_due_s:
             assert self._node is not None, "poll comes after open"
             self._around_due_s = time.monotonic() + _AROUND_S
@@ -145,11 +152,19 @@ class NodeDevices:
     def send(self, name: str, value: Any) -> None:
         """Publish a command, or hand it to an action or a service.
 
-        Raises DeviceError for what does not fit.
+        Parameters are what the run says that they are. Raises DeviceError for what does not fit.
         """
+        if name == PARAMETERS:
+            assert self._parameters is not None, "there are constants that may change"
+            self._parameters.follow(value)
+            return
         if name in self._commands:
             self._commands[name](value)
             return
+        if name == DIAGNOSTICS:
+            if name not in self._publishers:
+                return
+            self._name_node(value)
         publisher = self._publishers[name]
         message = fill(publisher.msg_type(), value)
         header: Any = getattr(message, "header", None)
@@ -158,6 +173,13 @@ class NodeDevices:
             assert self._node is not None, "send comes after open"
             header.stamp = self._node.get_clock().now().to_msg()
         publisher.publish(message)
+
+    def _name_node(self, diagnostics: Any) -> None:
+        """Two robots of one specification have the same subsystems, and nodes of their own."""
+        assert self._node is not None, "send comes after open"
+        own = self._node.get_fully_qualified_name().lstrip("/")
+        for status in diagnostics["status"]:
+            status["name"] = f"{own}: {status['name']}"
 
     def close(self) -> None:
         """Leave the graph; may be called twice, and without `open`."""
@@ -169,6 +191,8 @@ class NodeDevices:
                 self._spin(_STEP_S)
                 for call in self._calls.values():
                     call.look()
+            if DIAGNOSTICS in self._publishers:  # the last ones say why the run is over
+                self._publishers[DIAGNOSTICS].wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED_S))
             self._executor.shutdown(timeout_sec=1.0)
             self._executor = None
         if self._node is not None:
@@ -205,9 +229,32 @@ class NodeDevices:
                 raise DeviceError(f"--ros-args {' '.join(given)}: {error}") from error
             raise
         self._is_simulated = bool(config.get("use_sim_time"))
+        if node.get_parameter("use_sim_time").value and not self._is_simulated:
+            raise DeviceError("--ros-args: `use_sim_time` stands in the specification")
+        self._parameters = self._declared(node, config.get("constants", []))
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(node)
         return node
+
+    def _declared(self, node: Node, constants: list[dict[str, Any]]) -> Parameters | None:
+        """The parameters; None if there are none."""
+        tell = partial(self._put, PARAMETERS) if constants else lambda _: None
+        try:
+            parameters = Parameters(node, constants, tell)
+        except DeviceError as error:
+            raise DeviceError(f"--ros-args: {error}") from error
+        if parameters.ignored:
+            self._wrong[PARAMETERS] = parameters.ignored
+        return parameters if constants else None
+
+    def _publish(self, node: Node, topic: dict[str, Any]) -> None:
+        """Have a topic for those who look; for diagnostics, only if ROS has their messages."""
+        try:
+            self._advertise(node, topic)
+        except DeviceError as error:
+            if topic["name"] != DIAGNOSTICS:
+                raise
+            self._wrong[DIAGNOSTICS] = f"there are no diagnostics: {error}"
 
     def _connect(self, node: Node, topic: dict[str, Any], every: list[dict[str, Any]]) -> None:
         """Connect an action or a service, with all its parts."""
@@ -443,7 +490,8 @@ def _node(config: dict[str, Any], context: Any) -> Node:
         context=context,
         namespace=config.get("namespace") or None,
         parameter_overrides=overrides,
-        start_parameter_services=False,
+        start_parameter_services=bool(config.get("constants")),
+        automatically_declare_parameters_from_overrides=True,
         enable_rosout=False,
     )
 
