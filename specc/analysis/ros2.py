@@ -219,8 +219,9 @@ def _word_of_call(binding: Binding, type_: Type, what: str) -> MessagePart | Mes
     listed = f"with {'some of ' if is_served else ''}these members: {', '.join(words)}"
     complaint = f"{type_} is neither"
     if wrong or lacking:
-        verb, names = ("lacks", lacking) if lacking else ("has", wrong)
-        complaint = f"{type_} {verb} {', '.join(names)}"
+        complaint = f"{type_} lacks {', '.join(lacking)}"
+        if wrong:
+            complaint = f"{type_} has {' and '.join(f'`{word}`' for word in wrong)}"
     subject = f"the status of {with_article(what)}"
     return MessageTypeMismatch(
         f"{subject} is a text or an enum: {complaint}", f"make it a text, or an enum {listed}"

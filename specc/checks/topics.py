@@ -132,9 +132,9 @@ def _is_given_back(bound: BoundElement) -> bool:
 def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
     """E0505: what others call is asked and answered once, and by the same type."""
     served: dict[tuple[str, str], list[BoundElement]] = {}
-    for bound in _topics(facts):
+    for bound in facts.bindings:
         call, name = bound.binding.call
-        if call.endswith("_server"):
+        if bound.plant == "ros2" and call.endswith("_server"):
             served.setdefault((call, name), []).append(bound)
     for (kind, name), parts in served.items():
         first, seen = parts[0], {bound.binding.part: bound for bound in parts[::-1]}

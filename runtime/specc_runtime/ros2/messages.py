@@ -102,6 +102,8 @@ def _plain(value: Any) -> Any:
 def _at(message: Data, path: str) -> Any:
     found: Any = message
     for name in filter(None, path.split(".")):
+        if not isinstance(found, Mapping) or name not in found:
+            raise PlantError(f"a message has no field `{path}`")
         found = found[name]
     return found
 

@@ -106,6 +106,7 @@ class NodeDevices:
         for topic in config["topics"]:
             if topic["between"]:
                 continue
+            _check_field(topic)
             if topic["interface"]:
                 self._connect(node, topic, config["topics"])
             elif topic["commanded"]:
@@ -465,6 +466,25 @@ class NodeDevices:
             return call.is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
+
+
+_MESSAGES = {"goal": "Goal", "feedback": "Feedback", "result": "Result", "response": "Response"}
+
+
+def _check_field(topic: dict[str, Any]) -> None:
+    """Raises DeviceError if the messages of an element have no field of the name that it says."""
+    kind, _, _ = topic["interface"].partition("_")
+    cls = interface(topic["type"], {"action": "action", "service": "srv"}.get(kind, "msg"))
+    if kind:
+        request = "Goal" if kind == "action" else "Request"
+        cls = getattr(cls, _MESSAGES.get(topic["part"], request))
+    message = cls()
+    for name in filter(None, topic["path"].split(".")):
+        known: dict[str, str] = getattr(message, "get_fields_and_field_types", dict)()
+        if name not in known:
+            what = f"{topic['topic']} ({topic['name']}): {topic['type']} has no field"
+            raise DeviceError(f"{what} `{topic['path']}`: it has {', '.join(known) or 'no fields'}")
+        message = getattr(message, name)
 
 
 def _full_name(end: Any) -> str:
