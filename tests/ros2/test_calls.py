@@ -47,3 +47,50 @@ def test_a_service_is_served_by_the_help_of_another_one(
     assert main(["run", str(path), "--duration", "8", "--record", str(record)]) == 0
     assert lines(presser, "done") == ["True", "False", "False", "False", "done"]
     assert end(switch).splitlines() == ["succeed True", "fail True", "slow True"]
+
+
+NO_STATUS = (
+    ("    a.E.lamp.call: {service: /lamp, type: std_srvs/SetBool, part: status}\n", ""),
+    ("call: Call, is_done", "is_done"),
+    (" and x.lamp.call in {answered, missing, late}", ""),
+    ("present(x.lamp.call) and elapsed", "elapsed"),
+    (" and x.lamp.call == answered", ""),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        (
+            "retry",
+            [("test_msgs/Fibonacci", "test_msgs/NestedMessage")],
+            "the action /grasp (a.E.g.wanted) is served as test_msgs/action/Fibonacci, not as "
+            "test_msgs/action/NestedMessage",
+        ),
+        (
+            "lamp",
+            [*NO_STATUS, ("std_srvs/SetBool", "std_srvs/Trigger")],
+            "the service /lamp (a.E.lamp.on) is served as std_srvs/srv/SetBool, not as "
+            "std_srvs/srv/Trigger",
+        ),
+        ("lamp", [*NO_STATUS, ("/lamp", "/lump")], "nobody serves the service /lump (a.E.lamp.on)"),
+        (
+            "skill",
+            [("field: order, init", "field: number, init")],
+            "/pick (a.E.s.order): test_msgs/Fibonacci has no field `number`: it has order",
+        ),
+    ],
+)
+def test_what_cannot_be_called_is_named(
+    arm: Start,
+    spec: Spec,
+    capfd: pytest.CaptureFixture[str],
+    name: str,
+    changes: list[tuple[str, str]],
+    said: str,
+) -> None:
+    arm("server", "/grasp", "succeed", program="nodes.py")
+    arm("switch", "/lamp", "succeed", program="nodes.py")
+    path = spec(*changes, ("wait: 20 s", "wait: 3 s"), name=name)
+    assert main(["run", str(path), "--cycles", "1"]) == 2
+    assert said in capfd.readouterr().err

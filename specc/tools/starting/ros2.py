@@ -440,7 +440,7 @@ class Devices:
             self._leave_out(unfit, name, type_, "An action.")
             return
         device.reports["status"] = "text"
-        remark = "Its goal, feedback and result are bound alike, each by a function of `through`."
+        remark = "Its goal, feedback and result are bound alike, each by `field` or `through`."
         bind: dict[str, Data] = {"action": name, "type": type_, "part": "status"}
         device.bind["status"] = Commented(bind, (remark,))
 
