@@ -397,6 +397,9 @@ class DocumentWriter:
                 ) if names]  # fmt: skip
                 parts += [f"camera {b.camera} ({b.image})"] * bool(b.camera)
                 parts += [f"topic {b.topic}"] * bool(b.topic)
+                kind, called = b.call
+                parts += [f"{b.part} of {kind.replace('_', ' ')} {called}"] * bool(kind)
+                parts += [f"field {b.field}"] * bool(b.field)
                 parts += [f"panel {b.panel.kind}"] if b.panel else []
                 parts += [_hz(b.rate_hz)] if b.rate_hz else []
                 parts += [f"through {b.through}"] * bool(b.through)
