@@ -422,15 +422,40 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
     path, bag = spec(name=name), tmp_path / "live.mcap"
     assert main(["run", str(path), "--cycles", "1", "--record", str(bag), "--profile", "ros2"]) == 0
     messages = read(bag)
-    changes = [json.loads(m.data) for topic, _, m in messages if topic.endswith("/changes")]
     if name == "arm":
         assert {topic for topic, _, _ in messages} > {JOINTS, WRENCHES, COMMANDS}
         stamps = [m.header.stamp.sec for topic, _, m in messages if topic in (JOINTS, WRENCHES)]
         assert all(stamps)
     capsys.readouterr()
     assert main(["replay", str(path), "--bag", str(bag)]) == 0
-    replayed = re.findall(r"([0-9.]+) s ([\w.]+): (?:.* -> )?(\w+)$", capsys.readouterr().out, re.M)
-    assert [(who, to) for _, who, to in replayed] == [(c["subsystem"], c["to"]) for c in changes]
+    assert replayed(capsys.readouterr().out) == states(messages)
+
+
+def states(messages: list[tuple[str, int, Any]]) -> list[tuple[str, str]]:
+    """The states of subsystems in the order in which they were entered, by a bag."""
+    changes = [json.loads(m.data) for topic, _, m in messages if topic.endswith("/changes")]
+    return [(change["subsystem"], change["to"]) for change in changes]
+
+
+def replayed(out: str) -> list[tuple[str, str]]:
+    """The same, by what is printed."""
+    return re.findall(r"^[0-9.]+ s ([\w.]+): (?:.* -> )?(\w+)$", out, re.MULTILINE)
+
+
+@pytest.mark.long
+def test_calls_of_a_live_run_are_in_its_bag(
+    arm: Start, spec: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A service is served with the help of another one."""
+    arm("switch", "/lamp", "succeed", "fail", program="nodes.py")
+    arm("presser", "/lamp/press", "2", program="nodes.py")
+    path, bag = spec(name="lamp"), tmp_path / "lamp.mcap"
+    options = ["--duration", "4", "--record", str(bag), "--profile", "ros2"]
+    assert main(["run", str(path), *options]) == 0
+    assert states(read(bag)).count(("a.c", "on")) == 1
+    capsys.readouterr()
+    assert main(["replay", str(path), "--bag", str(bag)]) == 0
+    assert replayed(capsys.readouterr().out) == states(read(bag))
 
 
 @pytest.mark.long

@@ -59,8 +59,9 @@ class Commands:
             self._compare(topic, pair)
 
     def now(self, name: str, fields: Mapping[str, Any], time_s: float) -> None:
-        """An element is commanded."""
-        topic = self._of_element[name]
+        """An element is commanded; what is no topic, as an answer, is not compared."""
+        if (topic := self._of_element.get(name)) is None:
+            return
         pair, type_ = self._pairs[topic], whole_type(self.topics[topic].type)
         if pair.difference or len(pair.now) >= _MOST or type_ not in self._types:
             return

@@ -114,9 +114,8 @@ class Readings:
         self.commands.begin()
         begin_s = self._at_s
         for topic in self._topics.values():
-            if topic.is_call:  # nothing is known of its server until the bag says it
-                nothing = 0, "none" if topic.part == "status" else None
-                self._news.setdefault(topic.name, News(partial(tuple, nothing), begin_s))
+            if topic.is_call or topic.part == "cancel":  # until the bag says something of it
+                self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
         self._next = next(self._coming, None)
         self.until(begin_s)
         return begin_s
@@ -309,6 +308,13 @@ class Readings:
     def _put(self, name: str, make: Make, measured_s: float) -> None:
         self._news[name] = News(make, measured_s)
         self._missing.discard(name)
+
+
+def _nothing(topic: Ros2Topic) -> Any:
+    """What a node tells first of a part of an action or a service."""
+    if topic.is_call:
+        return 0, "none" if topic.part == "status" else None
+    return False
 
 
 def _from_text(fields: Callable[[], dict[str, Any]]) -> Any:
