@@ -108,6 +108,21 @@ def test_events_of_a_bag_come_once_each(tmp_path: Path) -> None:
     assert done.stdout.count("a.c: S0 terminal always -> S1") == 1
 
 
+def test_silence_in_a_bag_is_answered(tmp_path: Path) -> None:
+    told: list[Written] = []
+    for n in range(200):
+        if not 100 <= n < 150 or n == 120:  # one of two joints does not end it
+            names, turned = (["q1"], [0.5]) if n == 120 else (["q1", "q2"], [0.5, 1.5])
+            joints = {"name": names, "position": turned, "header": header(n / 50)}
+            told.append((n / 50, JOINTS, STATES, joints))
+        if not 100 <= n < 150:
+            told.append((n / 50, "/load", "std_msgs/msg/Float64", {"data": 2.0}))
+    done = specc("replay", HERE / "losses.yaml", "--bag", write(tmp_path / "bag", told))
+    assert (done.returncode, done.stderr) == (0, "")
+    entered = [to for who, to in replayed(done.stdout) if who == "a.c"]
+    assert entered == ["slow", "fast", "slow", "fast"]
+
+
 def steps(recording: Path, topic: str) -> list[Any]:
     with recording.open("rb") as stream:
         messages = make_reader(stream).iter_messages(topics=[topic])

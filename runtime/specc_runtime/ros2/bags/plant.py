@@ -19,7 +19,7 @@ from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.readings import Readings
 from specc_runtime.ros2.bags.types import NoMessage
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.plant import conversions, is_given_back
+from specc_runtime.ros2.plant import conversions
 from specc_runtime.system import System
 
 _UNREADABLE = KeyError, TypeError, ValueError, IndexError, AttributeError, NoMessage
@@ -41,13 +41,8 @@ class BagPlant:
         self.step_observers = (_States(system).observe,)
         self._decode, self._encode = conversions(spec)
         self._goals = goals_of(spec.ros2.topics)
-        given_back = {topic.name for topic in spec.ros2.topics if is_given_back(topic)}
-        inputs = {item.sensor for item in spec.inputs} - given_back
-        gaps = {s.name: s.max_gap_s for s in spec.sensors if s.name in inputs}
-        initialized = {sensor.name for sensor in spec.sensors if sensor.initial}
-        self._readings = Readings(
-            spec.ros2, gaps, initialized, TopicNames(spec.ros2.node, ros_args), file
-        )
+        names = TopicNames(spec.ros2.node, ros_args)
+        self._readings = Readings(spec, names, file)
         self._time_s = 0.0
         self._has_ended = False
 

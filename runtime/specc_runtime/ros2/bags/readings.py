@@ -24,9 +24,11 @@ from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.reading import Bag, BagMessage, BagTopic
 from specc_runtime.ros2.bags.transforms import TOPICS, TransformTree
 from specc_runtime.ros2.bags.types import TEXT, NoMessage, Types, data_of, whole_type
-from specc_runtime.ros2.binding import CLOCK, Ros2, Ros2Topic
+from specc_runtime.ros2.binding import CLOCK, Ros2Topic
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.stamps import measured_at
+from specc_runtime.ros2.plant import is_given_back
+from specc_runtime.system import PlantSpec
 
 LONGEST_GAP_S = 3600.0
 """How long a bag may have nothing: more is a clock that is wrong."""
@@ -51,24 +53,21 @@ class Readings:
     `begin_s` is the first moment at which all that is awaited has had a message.
     """
 
-    def __init__(
-        self,
-        ros2: Ros2,
-        read: Mapping[str, float | None],
-        initialized: set[str],
-        names: TopicNames,
-        file: Path,
-    ) -> None:
-        """Reads the bag until that moment, for the elements that are `read`, with their `max_gap`.
+    def __init__(self, spec: PlantSpec, names: TopicNames, file: Path) -> None:
+        """Reads the bag until that moment.
 
         Raises UsageError for a bag that cannot be read, or that lacks what is awaited.
         """
+        ros2 = spec.ros2
+        assert ros2 is not None, "the caller knows that it is behind ROS 2"
+        read = {item.sensor for item in spec.inputs}
+        self._sensors = {sensor.name: sensor for sensor in spec.sensors if sensor.name in read}
+        initialized = {name for name, sensor in self._sensors.items() if sensor.initial}
         self._names = names
         self._types = Types()
         self._types_of: dict[str, Types] = {}
         """By types: those of the distribution that has recorded them."""
-        self._read = read
-        self._topics = {t.name: t for t in ros2.topics if t.name in read}
+        self._topics = {t.name: t for t in ros2.topics if t.name in read and not is_given_back(t)}
         self._readers: dict[str, list[Ros2Topic]] = {}
         for topic in self._topics.values():
             self._readers.setdefault(names.of_element(topic.name), []).append(topic)
@@ -97,11 +96,12 @@ class Readings:
         self._news: dict[str, News] = {}
         self._transforms = TransformTree()
         self._stamps: dict[str, float] = {}
-        self._joints = {
-            t.name: JointNumbers(t.topic, t.joints, t.path, self._read[t.name])
-            for t in self._topics.values()
-            if t.shape == "joints"
-        }
+        self._joints = {t.name: self._join_of(t) for t in self._topics.values() if t.joints}
+
+    def _join_of(self, topic: Ros2Topic) -> JointNumbers:
+        sensor = self._sensors[topic.name]
+        how = topic.topic, topic.joints, topic.path, sensor.max_gap_s
+        return JointNumbers(*how, is_answered=bool(sensor.on_loss))
 
     def _find_begin(self) -> float:
         is_first = True
