@@ -64,6 +64,7 @@ class NodeDevices:
     joint or of the server of an action, is the value None instead of an error.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
     `published` are for whoever looks. `constants` are those that others may change, as parameters.
+    With `defines`, the definitions of these types are told.
     """
 
     def __init__(self) -> None:
