@@ -357,8 +357,15 @@ def test_names_are_those_of_ros() -> None:
         ("state", "/state", "/left/other"),
     ):
         assert (plain.full(topic), moved.full(topic)) == (wanted, replaced)
-    with pytest.raises(UsageError, match="-r OLD:=NEW"):
-        TopicNames("irp", ["-p", "a:=1"])
+    assert TopicNames("irp", ["-p", "q:=1", "-r", "q:=r"]).full("q") == "/r"
+    with pytest.raises(UsageError, match="OLD:=NEW"):
+        TopicNames("irp", ["-r", "a"])
+
+
+def test_a_bag_has_no_parameters(tmp_path: Path) -> None:
+    bag = write(tmp_path / "bag", driven(0.3))
+    done = specc("replay", ARM, "--bag", bag, "--ros-args", "-p", "speed:=1.0")
+    assert done.returncode == 2 and "--set" in done.stderr
 
 
 def test_messages_are_what_they_were() -> None:
@@ -435,9 +442,12 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
 ) -> None:
     arm()
     path, bag = spec(name=name), tmp_path / "live.mcap"
-    assert main(["run", str(path), "--cycles", "1", "--record", str(bag), "--profile", "ros2"]) == 0
+    watched = ["--publish", "irp.m.y.c.q_c"] if name == "arm" else []
+    command = ["run", str(path), "--cycles", "1", "--record", str(bag), "--profile", "ros2"]
+    assert main([*command, *watched]) == 0
     messages = read(bag)
     if name == "arm":
+        assert "/irp/irp/m/y/c/q_c" in {topic for topic, _, _ in messages}
         assert {topic for topic, _, _ in messages} > {JOINTS, WRENCHES, COMMANDS}
         stamps = [m.header.stamp.sec for topic, _, m in messages if topic in (JOINTS, WRENCHES)]
         assert all(stamps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from specc_runtime.options import UsageError
 
@@ -11,7 +12,7 @@ class TopicNames:
     """The whole names of the topics of a node, which is `name` or `/namespace/name`."""
 
     def __init__(self, node: str, ros_args: Sequence[str] = ()) -> None:
-        """`ros_args` are remappings as behind `--ros-args`; raises UsageError for other ones."""
+        """`ros_args` are those behind `--ros-args`; raises UsageError for what is no remapping."""
         namespace, _, name = node.rpartition("/")
         rules = list(_rules(ros_args))
         for old, new in rules:
@@ -39,9 +40,10 @@ class TopicNames:
 
 
 def _rules(ros_args: Sequence[str]) -> Iterator[tuple[str, str]]:
-    words = iter(ros_args)
-    for word in words:
-        old, is_rule, new = next(words, "").partition(":=")
-        if word not in ("-r", "--remap") or not (old and is_rule and new):
-            raise UsageError(f"--ros-args {' '.join(ros_args)}: a bag knows only -r OLD:=NEW")
+    for option, text in pairwise(ros_args):
+        if option not in ("-r", "--remap"):
+            continue
+        old, is_rule, new = text.partition(":=")
+        if not (old and is_rule and new):
+            raise UsageError(f"--ros-args {option} {text}: this is not OLD:=NEW")
         yield old, new

@@ -37,6 +37,10 @@ class BagPlant:
         spec = system.plant
         if spec is None or spec.ros2 is None:
             raise UsageError("--bag: the plant is not behind ROS 2, so it reads no topics")
+        if not {"-p", "--param", "--params-file"}.isdisjoint(ros_args):
+            raise UsageError(
+                "--ros-args: a bag has no parameters: --set gives constants their values"
+            )
         self.is_over = False
         self.step_observers = (_States(system).observe,)
         self._decode, self._encode = conversions(spec)

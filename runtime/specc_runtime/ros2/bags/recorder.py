@@ -75,6 +75,11 @@ class BagRecorder:
         defined = plant.definitions() if ros2 is not None else {}
         for topic in self._topics.values():
             self._open(topic, defined)
+        for (name, output), topic in self._published.items():
+            where = self._names.full(topic.topic)
+            self._channels[f"{name}.y.{output}"] = self._channel(
+                where, whole_type(topic.type), _itself
+            )
         for name in self._subsystems:
             self._channels[name] = self._channel(
                 self._names.of_element(name), TEXT, lambda state: {"data": state}
@@ -90,6 +95,7 @@ class BagRecorder:
 
     def _channel(self, where: str, type_: str, fields: Fields) -> Channel:
         definition = self._types.definition(type_)
+        self._types.encoded(type_, {})  # what packs messages is made now, and not in the run
         texts = partial(self._texts, type_, fields)
         options: dict[str, Any] = {"encoding": "cdr", "is_deferred": True}
         return self._log.channel(where, type_, definition, texts, **options)
@@ -175,14 +181,9 @@ class BagRecorder:
         if self._types_sent.setdefault(key, topic.type) != topic.type:
             return  # a channel has messages of one type
         if key not in self._channels:
-            if topic.topic:
-                where = self._names.full(topic.topic)
-            else:
-                elements = self._layouts[name].y
-                path = next(e.name for e in elements if e.attribute == output)
-                where = self._names.of_element(".".join((name, "y", *path)))
-            type_ = whole_type(topic.type)
-            self._channels[key] = self._channel(where, type_, _itself)
+            path = next(e.name for e in self._layouts[name].y if e.attribute == output)
+            where = self._names.of_element(".".join((name, "y", *path)))
+            self._channels[key] = self._channel(where, whole_type(topic.type), _itself)
         is_json = topic.shape == "message"
         fields = {"data": text_of(_bare(value))} if is_json else message_of(topic, value)
         self._add(key, time_s, fields)
