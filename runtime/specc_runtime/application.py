@@ -274,6 +274,14 @@ class _Attempt:
         options = self._options
         if options.record is None and (options.snapshots is None or options.real_time):
             return None
+        if options.profile is not None:
+            if self._page is not None:
+                raise UsageError("--profile: a page goes back into its recording, and not a bag")
+            from specc_runtime.ros2.bags.recorder import BagRecorder
+
+            bag = BagRecorder(options, system, plant, self._clock)
+            self._companions.append(bag)
+            return bag
         from specc_runtime.recording.recorder import Recorder, SnapshotRecorder
 
         recorder: SnapshotRecorder

@@ -37,7 +37,7 @@ def tell(report: Report, options: Options) -> None:
 
 def _reasons(report: Report, options: Options) -> Iterator[str]:
     """Commands that look at the moments of faults and violations, if they were recorded."""
-    if options.record is None or not options.spec:
+    if options.record is None or options.profile is not None or not options.spec:
         return
     violated = [r for r in report.requirements if r["verdict"] == "violated"]
     moments = [(fault["time_s"], fault["subsystem"]) for fault in report.faults]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -78,11 +78,19 @@ def made_plant(system: System, options: Options) -> Any:
     """
     spec = system.plant
     assert spec is not None
+    if options.bag is not None:
+        from specc_runtime.ros2.bags.plant import BagPlant
+
+        return BagPlant(system, options.bag, options.ros_args)
     if options.real_time and spec.python and not is_simulated(spec.python):
         from specc_runtime.hosting.python_plant import hosted
 
         return hosted(system, options.seed)
-    return _made(system, Path(options.base), options.renderer, options.ros_args)
+    if spec.ros2 is not None and not spec.python:
+        from specc_runtime.ros2.plant import ros2_plant
+
+        return ros2_plant(system, options.ros_args, is_recorded=options.profile is not None)
+    return _made(system, Path(options.base), options.renderer)
 
 
 def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
@@ -96,7 +104,7 @@ def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
     return {binding.name: loaded for binding in spec.sensors}
 
 
-def _made(system: System, base: Path, renderer: RendererName, ros_args: Sequence[str] = ()) -> Any:
+def _made(system: System, base: Path, renderer: RendererName) -> Any:
     spec = system.plant
     assert spec is not None
     if spec.python:
@@ -104,7 +112,7 @@ def _made(system: System, base: Path, renderer: RendererName, ros_args: Sequence
     if spec.ros2 is not None:
         from specc_runtime.ros2.plant import ros2_plant
 
-        return ros2_plant(system, ros_args)
+        return ros2_plant(system)
     if not spec.model:
         names = [a.name for a in spec.actuators] + [s.name for s in spec.measured]
         raise UsageError(

@@ -63,6 +63,8 @@ def timed(options: Options, system: System) -> Options:
 
     A run that is operated by keys goes on as the clock does.
     """
+    if options.bag is not None:
+        return options  # which has its own time
     if system.plant is None or system.plant.ros2 is None:
         if options.ros_args:
             raise UsageError("--ros-args: the plant is not behind ROS 2, so there is no node")

@@ -59,6 +59,10 @@ class Options:
     record: Path | None = None
     snapshots: Path | None = None
     """A file for what a run can be started again from, where it is not recorded."""
+    profile: Literal["ros2"] | None = None
+    """Whether the recording is a bag of ROS 2."""
+    bag: Path | None = None
+    """A bag whose messages the run gets, instead of those of a node."""
     record_exact: bool = False
     record_images: ImagesName | None = None
     texts: Mapping[str, str] = field(default_factory=dict)
@@ -119,6 +123,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
+    words = "record a bag instead: the topics in CDR, states and their causes as texts"
+    add("--profile", choices=("ros2",), help=words)
     add("--record-exact", action="store_true", help="all as it is, to replay all of it")
     words = "images in a recording for looking (default: small)"
     add("--record-images", choices=("small", "full", "none"), help=words)

@@ -14,10 +14,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass, field
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 from specc_runtime.atomic_files import replacing
+from specc_runtime.extras import lacking
 from specc_runtime.faults import Fault, text_of
 from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
@@ -340,6 +342,17 @@ def check_outputs(options: Options) -> None:
     for option, is_wanted in (("exact", options.record_exact), ("images", options.record_images)):
         if is_wanted and options.record is None:
             raise UsageError(f"--record-{option}: the run is not recorded; add --record")
+    if options.profile is not None:
+        if options.record is None:
+            raise UsageError("--profile: the run is not recorded; add --record FILE.mcap")
+        if find_spec("rosbags") is None:
+            raise UsageError(lacking("rosbags"))
+        if options.record_exact or options.record_images:
+            raise UsageError("--profile ros2: messages are recorded as they are")
+    if options.bag is not None and options.record is not None:
+        bag, record = options.bag.resolve(), options.record.resolve()
+        if bag in (record, record.parent):
+            raise UsageError(f"cannot write {options.record}: the run reads {options.bag}")
     if options.record_exact and options.record_images:
         raise UsageError("--record-images: with --record-exact images are as they are")
     looks = {"fps": options.fps, "size": options.size, "geom-groups": options.geom_groups}

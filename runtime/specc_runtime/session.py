@@ -468,6 +468,8 @@ class Session:
     def _over(self) -> bool:
         if self.interruption.requested or self._complete() or self._stopped:
             return True
+        if getattr(self._plant, "is_over", False) is True:  # it has only what was recorded
+            return True
         if self.duration_s is not None:
             last = math.ceil(self.duration_s / self._system.tick_s - _ROUNDING)
             if self._executor.tick >= last or self.wanted is None:

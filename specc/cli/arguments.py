@@ -162,12 +162,20 @@ def _add_spec(command: Parser) -> None:
 
 def _replay(command: Parser) -> None:
     add = command.add_argument
-    add("file", metavar="FILE.mcap")
+    add("file", metavar="FILE.mcap", help="the recording; with --bag, the specification")
     _add_spec(command)
     add("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
     seconds, words = number_between(float, 0, inf), "simulated time to compare"
     add("--until", metavar="S", type=seconds, default=inf, help=words)
     add("--check", action="store_true", help="exit code 1 also if something cannot be compared")
+    words = "run the specification on this bag of ROS 2, a folder or a file, and print its states"
+    add("--bag", metavar="BAG", type=Path, help=words)
+    words = "with --bag: record every step"
+    add("--record", metavar="FILE.mcap", type=Path, help=words)
+    words = "with --bag: take this value for a constant or for a parameter; may be repeated"
+    add("--set", metavar="NAME=VALUE", action=CollectValues, default={}, help=words)
+    words = "with --bag: the rest says how topics are called there, -r OLD:=NEW"
+    add("--ros-args", nargs=argparse.REMAINDER, default=(), help=words)
 
 
 def _why(command: Parser) -> None:
@@ -414,7 +422,7 @@ COMMANDS = tuple(starmap(Command, (
     ("import", _IMPORT, "make a specification from state machines of other tools", _import),
     ("schema", "commands:schema", "print the JSON Schema of specifications", lambda _: None),
     ("lsp", "commands:lsp", "serve an editor: the Language Server Protocol", _lsp),
-    ("replay", "recordings:replay",
+    ("replay", "bags:replay",
      "compare a recorded run with what the specification does now", _replay),
     ("why", "why:why",
      "say where machines were at a moment of a recorded run, and what they waited for", _why),

@@ -67,7 +67,7 @@ def _run(options: Namespace, runs: PageRuns | None) -> int:
         options.past = None
         if options.resume:
             options.past = recorded_package(options, built, Path(scratch, "recorded"))
-        return _launch(directory, options, built.result.sources, runs)
+        return launch(directory, options, built.result.sources, runs)
 
 
 def _take_scenario(options: Namespace) -> None:
@@ -109,7 +109,9 @@ def judge_for_run(options: Namespace, result: Result) -> JudgedFindings:
     return replace(judged, findings=findings, refused=bool(missing))
 
 
-def _launch(directory: Path, options: Namespace, sources: Sources, runs: PageRuns | None) -> int:
+def launch(
+    directory: Path, options: Namespace, sources: Sources, runs: PageRuns | None = None
+) -> int:
     """Exit code of a run of the code in `directory`.
 
     Raises:

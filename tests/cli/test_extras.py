@@ -171,6 +171,17 @@ def test_a_page_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert lacks("websockets", "ui", done.stderr) and done.stderr.count("\n") == 1
 
 
+def test_a_bag_says_which_extra_it_lacks_before_it_is_written(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    options = ("--duration", "1", "--record", "gate.mcap", "--profile", "ros2")
+    done = specc("run", path, *options, without=("rosbags",), folder=tmp_path)
+    assert (done.returncode, [*tmp_path.iterdir()]) == (2, [])
+    assert lacks("rosbags", "bags", done.stderr) and done.stderr.count("\n") == 1
+    arm = str(ROOT / "tests/ros2/arm.yaml")
+    done = specc("replay", arm, "--bag", ".", without=("rosbags",), folder=tmp_path)
+    assert done.returncode == 2 and lacks("rosbags", "bags", done.stderr)
+
+
 @pytest.mark.long
 def test_a_plot_says_which_extra_it_lacks(tmp_path: Path) -> None:
     command = "plot", str(ROOT / "tests/recording/conveyor_gate.mcap")

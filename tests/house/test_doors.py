@@ -22,6 +22,7 @@ DOORS = {
     "fontTools": {"specc.tools.doc.web"},
     "jinja2": {"specc.emit"},
     "lsprotocol": {"specc.tools.lsp"},
+    "lz4": {"specc_runtime.recording.unpacking"},
     "matplotlib": {"specc.tools.canvas"},
     "mcap": {
         "specc_runtime.recording.container",
@@ -42,6 +43,7 @@ DOORS = {
     "rcl_interfaces": {"specc_runtime.ros2.host"},
     "rclpy": {"specc_runtime.ros2.host"},
     "rich": {"specc_runtime.progress"},
+    "rosbags": {"specc_runtime.ros2.bags"},
     "ruamel": {"specc.read"},
     "ruckig": {"specc_runtime.operators.trajectories"},
     "tf2_ros": {"specc_runtime.ros2.host"},

@@ -68,7 +68,7 @@ def test_the_runtime_needs_nothing_of_the_compiler() -> None:
         "tf2_ros",
     }  # of the user's ROS, in whose Python it is imported
     assert distributions("runtime", "specc_runtime") - theirs == declared(
-        EXTRAS["run"], EXTRAS["vision"], EXTRAS["record"]
+        EXTRAS["run"], EXTRAS["vision"], EXTRAS["record"], EXTRAS["bags"]
     )
 
 

@@ -34,6 +34,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, Int64, String
 from std_srvs.srv import SetBool, Trigger
 from test_msgs.action import Fibonacci
+from test_msgs.msg import Nested
 
 
 def latched(topic: str) -> list[Node]:
@@ -41,6 +42,15 @@ def latched(topic: str) -> list[Node]:
     node = rclpy.create_node("safety")
     qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node.create_publisher(Bool, topic, qos).publish(Bool(data=True))
+    return [node]
+
+
+def lamp(topic: str) -> list[Node]:
+    """Sends one message of a type that few have, again and again."""
+    node, message = rclpy.create_node("lamp"), Nested()
+    message.basic_types_value.float64_value = 3.0
+    publisher = node.create_publisher(Nested, topic, 10)
+    node.create_timer(0.05, lambda: publisher.publish(message))
     return [node]
 
 
@@ -429,6 +439,7 @@ NODES = {
     "commander": commander,
     "doctor": doctor,
     "joints": joints,
+    "lamp": lamp,
     "latched": latched,
     "moody": moody,
     "mortal": mortal,

@@ -16,7 +16,7 @@ from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.courier import Outcome
 from specc_runtime.hosting.devices import Array
 from specc_runtime.hosting.keeper import CLOSE_S, WILL_S
-from specc_runtime.hosting.memory import MOST_PINNED
+from specc_runtime.hosting.memory import MOST_PINNED, Raw
 from specc_runtime.hosting.starting import Host
 from specc_runtime.hosting.views import Convert, value_of
 from specc_runtime.hosting.wire import NotPlain, garbled
@@ -170,6 +170,7 @@ class HostedPlant:
         raw = self._host.memory.read(reading.index)
         if raw is None:
             return False
+        self._heard(name, raw)
         decode = self._decode.get(name)
 
         def read() -> Any:
@@ -183,6 +184,9 @@ class HostedPlant:
         reading.value = Deferred(read, reference=raw) if is_left else read()
         reading.number, reading.measured_s = raw.number, raw.measured_s
         return True
+
+    def _heard(self, name: str, raw: Raw) -> None:
+        """Take note of what an element has reported, before it is a value."""
 
     def _again(self, reading: _Reading) -> Any:
         """What an element has that has nothing new."""

@@ -56,7 +56,9 @@ class Container:
     What is in memory does not grow with the file: its index is in another one, in a `folder`.
     """
 
-    def __init__(self, file: IO[bytes], library: str, folder: Path | None = None) -> None:
+    def __init__(
+        self, file: IO[bytes], library: str, folder: Path | None = None, profile: str = ""
+    ) -> None:
         self._file = file
         self._spans = 0
         self._schemas: list[records.Schema] = []
@@ -73,7 +75,7 @@ class Container:
         self._others: list[records.MetadataIndex | records.AttachmentIndex] = []
         self._counts: Counter[int] = Counter()
         self._compressor = zstandard.ZstdCompressor(_LEVEL, write_checksum=True)
-        file.write(MAGIC + _written(records.Header("", library)))
+        file.write(MAGIC + _written(records.Header(profile, library)))
 
     def schema(self, name: str, text: bytes, encoding: str = "jsonschema") -> int:
         """The number of a new schema."""

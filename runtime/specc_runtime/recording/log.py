@@ -31,6 +31,8 @@ MOST_BYTES = 1 << 26
 _BATCH, _LATE = 128, 8
 """Messages of a channel whose texts are made together, if small; times so many while a chunk is
 being written."""
+_PATIENCE = 64
+"""Times so many for channels whose texts the writing thread makes; with more, the run waits."""
 
 Content = bytes | Callable[[], bytes]
 """The bytes of a message, or a function that makes them in the writing thread."""
@@ -93,9 +95,14 @@ class Log:
     If writing fails, the run goes on without it, and `close` reports the failure.
     """
 
-    def __init__(self, path: Path, clock: WallClock) -> None:
-        """Raises UsageError if the file cannot be opened, or another run writes it."""
+    def __init__(self, path: Path, clock: WallClock, profile: str = "") -> None:
+        """`profile` is that of MCAP. Raises UsageError if the file cannot be opened, or another run
+        writes it.
+        """
         self._file = own(path)
+        self._profile = profile
+        self.begin_ns = 0
+        """What the time 0 s of the run is in the file."""
         self.path = path
         self._clock = clock
         self._batch: list[tuple[int, int, int, Content]] = []
@@ -113,7 +120,7 @@ class Log:
         self._thread.start()
 
     def _begin(self) -> None:
-        self._container = Container(self._file, LIBRARY, self.path.parent)
+        self._container = Container(self._file, LIBRARY, self.path.parent, self._profile)
 
     def note(self, name: str, data: Mapping[str, str]) -> None:
         """Write metadata of the run: names and texts."""
@@ -127,31 +134,36 @@ class Log:
         self,
         topic: str,
         schema: str,
-        form: Schema,
+        form: Schema | bytes,
         texts: Texts = lambda contents, *_: contents,
         *,
         is_preceded: bool = False,
         is_apart: bool = False,
+        is_deferred: bool = False,
         encoding: str = "json",
     ) -> Channel:
-        """Open a channel for a topic, with the name of a schema.
+        """Open a channel for a topic, with the name of a schema, which is a text for ROS.
 
         If other messages may precede those of the channel, texts are made in the order of dates.
-        A channel that is apart has chunks of its own, so that it is read without the others.
+        A channel that is apart has chunks of its own, so that it is read without the others. If it
+        is deferred, only the writing thread makes texts, which take long.
         """
         if topic not in self._channels:
-            channel = self._channels[topic] = Channel(self, texts, self._clock, is_preceded)
+            channel = Channel(self, texts, self._clock, is_preceded, is_deferred)
+            self._channels[topic] = channel
             self._guarded(lambda: self._register(channel, topic, (schema, form), encoding))
             if is_apart:
                 self._apart.add(channel.number)
         return self._channels[topic]
 
     def _register(
-        self, channel: Channel, topic: str, named: tuple[str, Schema], encoding: str
+        self, channel: Channel, topic: str, named: tuple[str, Schema | bytes], encoding: str
     ) -> None:
         schema, form = named
         if schema not in self._schemas:
-            if encoding == "json":
+            if isinstance(form, bytes):
+                self._schemas[schema] = self._container.schema(schema, form, "ros2msg")
+            elif encoding == "json":
                 text = dumped({"title": schema} | form)
                 self._schemas[schema] = self._container.schema(schema, text)
             else:
@@ -247,14 +259,22 @@ class Log:
 class Channel:
     """A channel of similar messages, whose texts are made together."""
 
-    def __init__(self, log: Log, texts: Texts, clock: WallClock, is_preceded: bool) -> None:
+    def __init__(
+        self,
+        log: Log,
+        texts: Texts,
+        clock: WallClock,
+        is_preceded: bool,
+        is_deferred: bool = False,
+    ) -> None:
         self.number = 0
         self.is_preceded = is_preceded
         self._log = log
         self._texts = texts
         self._date_ns = clock.date_ns
         self._waiting: list[tuple[float, int, Any]] = []
-        self._most = 1
+        self._patience = _PATIENCE if is_deferred else 1
+        self._most = _BATCH if is_deferred else 1
 
     def add(self, time_s: float, content: Any) -> None:
         """Add a message of simulated time `time_s`, dated with the current wall time.
@@ -263,8 +283,9 @@ class Channel:
         """
         waiting = self._waiting
         waiting.append((time_s, self._date_ns(), content))
-        if len(waiting) >= self._most:
-            self._log.take(self, is_late=len(waiting) >= _LATE * self._most)
+        if len(waiting) >= self._patience * self._most:
+            is_late = len(waiting) >= max(_LATE, self._patience) * self._most
+            self._log.take(self, is_late=is_late)
 
     def adapt(self, size: int) -> None:
         """Set the number of messages that wait, from the bytes of one message."""
@@ -277,6 +298,6 @@ class Channel:
             return (), iter(())
         del self._waiting[: len(waiting)]  # more may have come meanwhile
         times, dates, contents = zip(*waiting, strict=True)
-        times_ns = np.rint(np.array(times) * 1e9).astype(np.int64).tolist()
+        times_ns = np.rint(np.array(times) * 1e9).astype(np.int64) + self._log.begin_ns
         texts = self._texts(contents, times, dates)
-        return dates, zip(repeat(self.number), times_ns, dates, texts, strict=False)
+        return dates, zip(repeat(self.number), times_ns.tolist(), dates, texts, strict=False)

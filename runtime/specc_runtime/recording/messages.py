@@ -28,6 +28,7 @@ from specc_runtime.recording.reading import (
     RecordFile,
     Schema,
     Unusable,
+    profile_of,
 )
 from specc_runtime.recording.steps import STEP_SCHEMA, TRUTH_SCHEMA
 from specc_runtime.recording.text import loaded
@@ -240,7 +241,9 @@ def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str
         elif isinstance(record, Message) and not reading.damaged:
             break  # else copies of damaged records come at the end
     if not about:
-        raise Unusable(f"{file} is no recording of specc")
+        is_bag = profile_of(file) == "ros2"
+        hint = "; it is a bag of ROS 2, for `specc replay SPEC --bag`" if is_bag else ""
+        raise Unusable(f"{file} is no recording of specc{hint}")
     if about.get("format") != FORMAT:
         raise Unusable(f"{file} was recorded by another version of specc")
     return about, texts

@@ -44,6 +44,7 @@ __all__ = [
     "Unusable",
 ]
 
+_ROS2 = b"\4\0\0\0ros2"
 _OWN_KINDS = 0x80
 """First opcode of the records that MCAP reserves for applications."""
 
@@ -183,6 +184,13 @@ class RecordFile:
             self.damaged += 1
 
 
+def profile_of(path: Path) -> str:
+    """The profile of a file, such as that of bags; empty if it has none that is known."""
+    with path.open("rb") as file:
+        head = file.read(len(MAGIC) + FRAME.size + len(_ROS2))
+    return "ros2" if head.endswith(_ROS2) and head[len(MAGIC)] == Opcode.HEADER else ""
+
+
 def _is_magic(found: bytes) -> bool:
     """Whether these are the magic bytes of a file, up to one damaged byte."""
     return sum(map(int.__eq__, found, MAGIC)) >= len(MAGIC) - 1
@@ -210,7 +218,7 @@ class Recovered:
                 check_unowned(file, out)
         with replacing(out) as aside:
             with aside.open("wb") as file:
-                container = Container(file, LIBRARY, out.parent)
+                container = Container(file, LIBRARY, out.parent, profile_of(path))
                 write_chunks(container, self._copied(reading, container))
                 container.finish()
             if not self.messages and (reading.cut or reading.damaged):

@@ -92,6 +92,11 @@ def plain_chunk(chunk: Chunk, budget: Budget) -> bytes:
             raise ValueError("the chunk is not as large as it says")
         budget.unpack(size)
         plain = zstandard.ZstdDecompressor().decompress(plain, max_output_size=size)
+    elif chunk.compression == "lz4":  # of bags, which others record
+        from lz4.frame import LZ4FrameDecompressor
+
+        budget.unpack(chunk.uncompressed_size)
+        plain = LZ4FrameDecompressor().decompress(plain, max_length=chunk.uncompressed_size)
     elif chunk.compression:
         raise ValueError("another compression")
     if chunk.uncompressed_crc and zlib.crc32(plain) != chunk.uncompressed_crc:

@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from specc_runtime.changes import Event
 from specc_runtime.clock import EndingClock, WallClock
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.hosting.client import HostedPlant, Setup
+from specc_runtime.hosting.memory import Raw
 from specc_runtime.hosting.wire import plain
 from specc_runtime.live import Change
 from specc_runtime.plant import LOST
@@ -22,7 +23,7 @@ from specc_runtime.ros2.clock import RosClock
 from specc_runtime.ros2.constants import Constants, constants_config
 from specc_runtime.ros2.diagnosing import Diagnosing
 from specc_runtime.ros2.goals import goals_of
-from specc_runtime.ros2.host import LAST, OTHERS, PARAMETERS, WRONG
+from specc_runtime.ros2.host import DEFINED, LAST, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.messages import message_of, value_of
 from specc_runtime.ros2.publishing import Publishing
 from specc_runtime.ros2.run import Ros2Run
@@ -34,6 +35,16 @@ START_S = 10.0
 
 Convert = Callable[[Any], Any]
 _SERVED_STATUS = "action_server", "status"
+
+
+class Listener(Protocol):
+    """What is told of all that crosses between the node and the agent, while a run goes on."""
+
+    def heard(self, name: str, data: bytes, age_s: float, time_s: float) -> None:
+        """An element has reported something, that old, at a time of the run."""
+
+    def sent(self, name: str, data: Any, time_s: float) -> None:
+        """Plain data of what an element was sent."""
 
 
 class Ros2Plant(HostedPlant):
@@ -64,6 +75,8 @@ class Ros2Plant(HostedPlant):
         self.other_commanders: dict[str, dict[str, Any]] = {}
         """By elements: who else sends on its topic, and how long after the begin that was seen."""
         self._pace: RosClock | None = None
+        self.listener: Listener | None = None
+        self._time_s = 0.0
         self._observed = {*self._observed, *_told_only(system.plant.ros2)}
         self._run: Ros2Run | None = None
         self._constants: Constants | None = None
@@ -95,6 +108,7 @@ class Ros2Plant(HostedPlant):
         for name, value in self._statuses.items():
             super().actuate(name, value)
         self._statuses.clear()
+        self._time_s += duration_s
         super().advance(duration_s)
         self._look_around()
         if self._constants is not None:
@@ -151,11 +165,20 @@ class Ros2Plant(HostedPlant):
         goals = self._goals.get(name)
         return super().sample(name) if goals is None else goals.sample(name, super().sample)
 
+    def _heard(self, name: str, raw: Raw) -> None:
+        if self.listener is not None:
+            age_s = self._age_s(raw.measured_s)
+            self.listener.heard(name, bytes(raw.data), age_s, self._time_s)
+
     def _ordered(self, name: str, value: Any) -> Any:
         goals = self._goals.get(name)
         if goals is None or self._is_leaving:
-            return self._encoded(name, value)
-        return goals.take(value), super()._encoded(name, value)
+            data = self._encoded(name, value)
+        else:
+            data = goals.take(value), super()._encoded(name, value)
+        if self.listener is not None:
+            self.listener.sent(name, data, self._time_s)
+        return data
 
     def _encoded(self, name: str, value: Any) -> Any:
         fields = super()._encoded(name, value)
@@ -189,6 +212,14 @@ class Ros2Plant(HostedPlant):
             self._clock_s = plain(bytes(raw.data))
         return self._clock_s
 
+    def definitions(self) -> Mapping[str, str]:
+        """The texts of types, as `package/Type`, that the node was asked for."""
+        return self._new_report(DEFINED)
+
+    def ros_ns(self) -> int:
+        """The time on the clock of ROS."""
+        return round(self._newest_s() * 1e9) if self._is_simulated else time.time_ns()
+
     def _age_s(self, measured_s: float) -> float:
         """See `HostedPlant`; in simulated time the node tells when that was on its clock."""
         return (self._newest_s() if self._is_simulated else time.monotonic()) - measured_s
@@ -201,10 +232,13 @@ class Ros2Plant(HostedPlant):
         self._host.channel.send("send", "", name, message, 0)
 
 
-def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
+def ros2_plant(
+    system: System, ros_args: Sequence[str] = (), *, is_recorded: bool = False
+) -> HostedPlant:
     """The plant of a system with `ros2`: its node runs, and topics have had their first messages.
 
-    The node gets `ros_args`, as those of `ros2 run` behind `--ros-args`.
+    The node gets `ros_args`, as those of `ros2 run` behind `--ros-args`. If it is recorded as a
+    bag, the node tells the definitions of types of messages for functions of `through`.
 
     Raises UsageError for a Python that cannot be started; PlantError for topics that are not there
     or not as declared.
@@ -231,6 +265,10 @@ def ros2_plant(system: System, ros_args: Sequence[str] = ()) -> HostedPlant:
         topic["is_initialized"] = topic["name"] in initialized
         topic["is_answered"] = topic["name"] in answered
     besides = (CLOCK,) if ros2.use_sim_time else ()
+    if is_recorded:
+        whole = {t.type for t in topics if t.shape == "message" and not t.interface}
+        config["defines"] = sorted(whole)
+        besides = (*besides, DEFINED)
     config["is_warned"] = bool(initialized or ros_args or ros2.diagnostics)
     if config["is_warned"]:
         besides = (*besides, WRONG)

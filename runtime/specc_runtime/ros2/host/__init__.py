@@ -17,3 +17,5 @@ request, and the value. Under that name the node is told what they are, and the 
 request that is in it."""
 DIAGNOSTICS = "/diagnostics"
 """The name, likewise, of the topic of that name among those that are published."""
+DEFINED = "/defined"
+"""The name, likewise, of the texts that define types of messages, by the types that were asked."""

@@ -18,8 +18,9 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from specc_runtime.hosting.devices import DeviceError
-from specc_runtime.ros2.host import DIAGNOSTICS, OTHERS, PARAMETERS, WRONG
+from specc_runtime.ros2.host import DEFINED, DIAGNOSTICS, OTHERS, PARAMETERS, WRONG
 from specc_runtime.ros2.host.actions import Action
+from specc_runtime.ros2.host.definitions import definition
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.parameters import Parameters
 from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
@@ -63,6 +64,7 @@ class NodeDevices:
     joint or of the server of an action, is the value None instead of an error.
     Where it is a `part` of an action, `topic` and `type` are those of the action. Those that are
     `published` are for whoever looks. `constants` are those that others may change, as parameters.
+    With `defines`, the definitions of these types are told.
     """
 
     def __init__(self) -> None:
@@ -120,6 +122,8 @@ class NodeDevices:
         for topic in config["published"]:
             self._publish(node, topic)
         self._wait(node, float(config["wait_s"]))
+        if "defines" in config:
+            self._put(DEFINED, {name: definition(name) for name in config["defines"]})
         if config["is_warned"]:
             self._put(WRONG, self._wrong)
         if self._commanded:

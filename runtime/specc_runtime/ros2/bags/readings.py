@@ -1,0 +1,325 @@
+"""What the elements of a system get of a bag: the newest of their topics at each time.
+
+Messages are converted as a node would have told them: joints are joined, stamps are times of
+measurement, transforms those of a tree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from math import isfinite
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from specc_runtime.hosting.devices import DeviceError
+from specc_runtime.options import UsageError
+from specc_runtime.plants.errors import PlantError
+from specc_runtime.printing import visible
+from specc_runtime.recording.budget import Unusable
+from specc_runtime.ros2.bags.comparing import Commands
+from specc_runtime.ros2.bags.names import TopicNames
+from specc_runtime.ros2.bags.reading import Bag, BagMessage, BagTopic
+from specc_runtime.ros2.bags.transforms import TOPICS, TransformTree
+from specc_runtime.ros2.bags.types import TEXT, NoMessage, Types, data_of, whole_type
+from specc_runtime.ros2.binding import CLOCK, Ros2Topic
+from specc_runtime.ros2.host.joints import JointNumbers
+from specc_runtime.ros2.host.stamps import measured_at
+from specc_runtime.ros2.plant import is_given_back
+from specc_runtime.system import PlantSpec
+
+LONGEST_GAP_S = 3600.0
+"""How long a bag may have nothing: more is a clock that is wrong."""
+EARLY_S = 1e-6
+"""Times of a bag are those of ticks up to rounding."""
+_MOST_NAMED = 12
+_CLOCK, _TRANSFORM = "rosgraph_msgs/msg/Clock", "geometry_msgs/msg/TransformStamped"
+Make = Callable[[], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class News:
+    """What an element has reported: `make` gives the data of its value, or raises why not."""
+
+    make: Make
+    measured_s: float
+
+
+class Readings:
+    """The news of elements, by their names, at times of the bag.
+
+    `begin_s` is the first moment at which all that is awaited has had a message.
+    """
+
+    def __init__(self, spec: PlantSpec, names: TopicNames, file: Path) -> None:
+        """Reads the bag until that moment.
+
+        Raises UsageError for a bag that cannot be read, or that lacks what is awaited.
+        """
+        ros2 = spec.ros2
+        assert ros2 is not None, "the caller knows that it is behind ROS 2"
+        read = {item.sensor for item in spec.inputs}
+        self._sensors = {sensor.name: sensor for sensor in spec.sensors if sensor.name in read}
+        initialized = {name for name, sensor in self._sensors.items() if sensor.initial}
+        self._names = names
+        self._types = Types()
+        self._types_of: dict[str, Types] = {}
+        """By types: those of the distribution that has recorded them."""
+        self._topics = {t.name: t for t in ros2.topics if t.name in read and not is_given_back(t)}
+        self._readers: dict[str, list[Ros2Topic]] = {}
+        for topic in self._topics.values():
+            self._readers.setdefault(names.of_element(topic.name), []).append(topic)
+            if not topic.interface and not topic.between:
+                self._readers.setdefault(names.full(topic.topic), []).append(topic)
+        commanded = {names.full(t.topic): t for t in ros2.topics if t.commanded and not t.interface}
+        self.commands = Commands(commanded, self._types)
+        self._between = [topic for topic in self._topics.values() if topic.between]
+        wanted = {*self._readers, *commanded, *(TOPICS if self._between else ())}
+        self._is_simulated = ros2.use_sim_time
+        self._awaited = {t.name for t in self._topics.values() if not t.interface} - initialized
+        self._at_s = 0.0
+        self._clock_s: float | None = None
+        self._restart()
+        try:
+            self._bag = Bag(file)
+            self._coming = self._bag.messages({*wanted, *([CLOCK] if self._is_simulated else ())})
+            self._next: BagMessage | None = None
+            self.begin_s = self._find_begin()
+        except Unusable as error:
+            raise UsageError(f"--bag: {error}") from error
+
+    def _restart(self) -> None:
+        """Know nothing of what the bag has told."""
+        self._missing = set(self._awaited)
+        self._news: dict[str, News] = {}
+        self._transforms = TransformTree()
+        self._stamps: dict[str, float] = {}
+        self._joints = {t.name: self._join_of(t) for t in self._topics.values() if t.joints}
+
+    def _join_of(self, topic: Ros2Topic) -> JointNumbers:
+        sensor = self._sensors[topic.name]
+        how = topic.topic, topic.joints, topic.path, sensor.max_gap_s
+        return JointNumbers(*how, is_answered=bool(sensor.on_loss))
+
+    def _find_begin(self) -> float:
+        is_first = True
+        while self._missing or is_first:
+            message = next(self._coming, None)
+            if message is None:
+                raise UsageError(f"--bag: {self._bag.path} {self._lacks()}")
+            self._take(message)
+            is_first = False
+        self.commands.begin()
+        begin_s = self._at_s
+        for topic in self._topics.values():
+            if topic.is_call or topic.part == "cancel":  # until the bag says something of it
+                self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
+        self._next = next(self._coming, None)
+        self.until(begin_s)
+        return begin_s
+
+    def _lacks(self) -> str:
+        if not self._bag.topics:
+            return "is cut, and has no message" if self._bag.cut else "is empty"
+        names = sorted(self._missing or self._topics)
+        lacking = ", ".join(f"{self._where(self._topics[name])} ({name})" for name in names)
+        there = sorted(f"{t.name} [{t.type}]" for t in self._bag.topics.values())
+        more = f" and {len(there) - _MOST_NAMED} more" if len(there) > _MOST_NAMED else ""
+        cut = ", and it is cut" if self._bag.cut else ""
+        return f"has no message of {lacking}: it has {', '.join(there[:_MOST_NAMED])}{more}{cut}"
+
+    def _where(self, topic: Ros2Topic) -> str:
+        if topic.between:
+            return " or ".join((*TOPICS, self._names.of_element(topic.name)))
+        if topic.interface:
+            return self._names.of_element(topic.name)
+        joints, where = self._joints.get(topic.name), self._names.full(topic.topic)
+        known = joints.missing if joints is not None and joints.known else ()
+        return f"{where} with joint {', '.join(known)}" if known else where
+
+    # What the run asks.
+
+    def until(self, time_s: float) -> bool:
+        """Take the messages until a time of the bag; whether that is its end.
+
+        Raises PlantError for a bag that cannot be read any further.
+        """
+        now_s = time_s + EARLY_S
+        try:
+            while self._next is not None and self._time_of(self._next) <= now_s:
+                self._take(self._next)
+                self._next = next(self._coming, None)
+        except (Unusable, UsageError) as error:
+            raise PlantError(str(error).removeprefix("--bag: ")) from error
+        if self._next is None:
+            return now_s >= self._end_s()
+        if (gap_s := self._time_of(self._next) - now_s) > LONGEST_GAP_S:
+            raise PlantError(f"{self._bag.path} has nothing that is read for {gap_s:.6g} s")
+        return False
+
+    def _end_s(self) -> float:
+        """When the bag ends, all of which has been taken."""
+        end_s = self._at_s if self._clock_s is not None else self._bag.end_ns * 1e-9
+        return end_s if 0 < end_s - self._at_s < LONGEST_GAP_S else self._at_s
+
+    def news(self, name: str) -> News | None:
+        """What an element has reported since the last call, if anything."""
+        return self._news.pop(name, None)
+
+    def losses(self) -> Iterator[str]:
+        """What of the bag was not read, and which actions it does not know, in words."""
+        if self._bag.cut or self._bag.damaged:
+            yield f"{self._bag.path} is cut or damaged: what is left of it was read"
+        calls = {(t.interface, t.topic) for t in self._topics.values() if t.interface}
+        for call in sorted(calls):
+            parts = [t for t in self._topics.values() if (t.interface, t.topic) == call]
+            if not any(self._names.of_element(t.name) in self._bag.topics for t in parts):
+                yield f"{self._bag.path} tells nothing of the {' '.join(call).replace('_', ' ')}"
+
+    # The messages.
+
+    def _time_of(self, message: BagMessage) -> float:
+        if self._clock_s is None:
+            return message.time_ns * 1e-9
+        return self._clock_of(message) if message.topic.name == CLOCK else self._clock_s
+
+    def _clock_of(self, message: BagMessage) -> float:
+        try:
+            clock = self._fields(message.topic, _CLOCK, message.data)()["clock"]
+        except NoMessage as error:
+            raise Unusable(f"{self._bag.path}: {CLOCK}: {error}") from error
+        return float(clock["sec"] + clock["nanosec"] * 1e-9)
+
+    def _take(self, message: BagMessage) -> None:
+        """Take the next message. Raises Unusable, UsageError for one that cannot be taken."""
+        name = message.topic.name
+        if self._is_simulated and name == CLOCK:
+            self._follow(self._clock_of(message))
+            return
+        self._at_s = max(self._at_s, self._time_of(message))
+        for topic in self._readers.get(name, ()):
+            if name != self._names.of_element(topic.name):
+                self._give(topic, self._fields(message.topic, whole_type(topic.type), message.data))
+            elif topic.between:
+                fields = self._fields(message.topic, _TRANSFORM, message.data)
+                self._give(topic, fields, lambda message: message["transform"])
+            else:
+                text = self._fields(message.topic, TEXT, message.data)
+                self._put(topic.name, partial(_from_text, text), self._at_s)
+        if self._between and name in TOPICS:
+            self._transform(message)
+        if name in self.commands.topics:
+            type_ = whole_type(self.commands.topics[name].type)
+            if message.topic.type == type_ and type_ in self._types:
+                self.commands.had(name, self._fields(message.topic, type_, message.data))
+
+    def _follow(self, clock_s: float) -> None:
+        """Be at a time of `/clock`; what came before the first one has no time."""
+        if self._clock_s is None:
+            self._restart()
+            self._at_s = clock_s
+        elif clock_s < self._clock_s:
+            times = f"from {self._clock_s:.6g} s to {clock_s:.6g} s"
+            raise Unusable(f"{self._bag.path}: /clock jumps back {times}: the simulation was reset")
+        self._clock_s = clock_s
+
+    def _fields(self, topic: BagTopic, type_: str, data: bytes) -> Callable[[], dict[str, Any]]:
+        """What gives the fields of a message; raises UsageError if it is of another type."""
+        if topic.type != type_:
+            words = f"{topic.name} is {topic.type} in {self._bag.path}, where {type_} is read"
+            raise UsageError(f"--bag: {visible(words)}")
+        if type_ not in self._types_of:
+            try:
+                self._types_of[type_] = self._types_for(topic)
+            except NoMessage as error:
+                raise UsageError(f"--bag: {visible(f'{topic.name}: {error}')}") from error
+        return partial(self._types_of[type_].decoded, type_, data)
+
+    def _types_for(self, topic: BagTopic) -> Types:
+        """What unpacks the messages of a topic as they were recorded; raises NoMessage."""
+        types, (_, name, text) = self._types, topic
+        if name in types and types.agrees(name, text):
+            return types
+        if name in types:
+            types = Types(is_empty=True)
+        types.learn(name, text)
+        return types
+
+    def _give(
+        self,
+        topic: Ros2Topic,
+        fields: Callable[[], dict[str, Any]],
+        part: Callable[[dict[str, Any]], Any] = lambda message: message,
+    ) -> None:
+        """Let an element have a message, measured at the time of its stamp."""
+        try:
+            message = fields()
+            measured_s = self._measured_s(topic, message.get("header", {}).get("stamp"))
+            if topic.name not in self._joints:
+                self._put(topic.name, partial(part, message), measured_s)
+            elif message[topic.path] or not message["name"]:  # else it is of another quantity
+                self._join(topic, message, measured_s)
+        except (DeviceError, NoMessage) as error:
+            self._fail(topic, error)
+
+    def _measured_s(self, topic: Ros2Topic, stamp: Mapping[str, int] | None) -> float:
+        """When a message that comes now was measured; raises DeviceError for another clock."""
+        at = SimpleNamespace(**stamp) if stamp else None
+        latched = dict(topic.qos).get("durability") == "transient_local"
+        return measured_at(at, self._at_s, self._at_s, topic.topic, latched=latched)
+
+    def _join(self, topic: Ros2Topic, message: dict[str, Any], measured_s: float) -> None:
+        joints = self._joints[topic.name]
+        if not joints.take(SimpleNamespace(**message), measured_s, self._at_s):
+            self._put(topic.name, lambda: message, measured_s)
+        elif joints.is_changed and not joints.missing:
+            fields, measured_s = joints.joined(self._at_s)
+            self._put(topic.name, lambda: fields, measured_s)
+
+    def _transform(self, message: BagMessage) -> None:
+        """Let the elements that are transforms have what is new of theirs."""
+        fields = self._fields(message.topic, "tf2_msgs/msg/TFMessage", message.data)
+        try:
+            self._transforms.take(fields(), is_static=message.topic.name == TOPICS[1])
+        except (NoMessage, PlantError) as error:
+            for topic in self._between:
+                self._fail(topic, error)
+            return
+        for topic in self._between:
+            found = self._transforms.between(*topic.between)
+            if found is None or self._stamps.get(topic.name) == found[1]:
+                continue
+            transform, stamp_s = found
+            self._stamps[topic.name] = stamp_s
+            seconds = int(stamp_s) if isfinite(stamp_s) else 0
+            nanosec = round((stamp_s - seconds) * 1e9) if isfinite(stamp_s) else 0
+            try:
+                measured_s = self._measured_s(topic, {"sec": seconds, "nanosec": nanosec})
+            except DeviceError as error:
+                self._fail(topic, error)
+            else:
+                self._put(topic.name, partial(dict, transform), measured_s)
+
+    def _fail(self, topic: Ros2Topic, error: Exception) -> None:
+        self._put(topic.name, partial(_raise, PlantError(str(error))), self._at_s)
+
+    def _put(self, name: str, make: Make, measured_s: float) -> None:
+        self._news[name] = News(make, measured_s)
+        self._missing.discard(name)
+
+
+def _nothing(topic: Ros2Topic) -> Any:
+    """What a node tells first of a part of an action or a service."""
+    if topic.is_call:
+        return 0, "none" if topic.part == "status" else None
+    return False
+
+
+def _from_text(fields: Callable[[], dict[str, Any]]) -> Any:
+    return data_of(fields()["data"])
+
+
+def _raise(error: PlantError) -> Any:
+    raise error
