@@ -75,7 +75,7 @@ def timed(options: Options, system: System) -> Options:
         if value is not None:
             raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")
     for option, wanted in (("--video", options.video), ("--viewer", options.viewer)):
-        if wanted:  # before the robot is asked for anything
+        if wanted and not system.plant.is_simulated:  # before the robot is asked for anything
             raise UsageError(f"{option}: a robot behind ROS 2 cannot be drawn; try rviz")
     return replace(options, real_time=True)
 

@@ -188,7 +188,7 @@ def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
     model, plant = facts.model, facts.system.plant
     if plant is None or not isinstance(model, Model) or not model.complete:
         return
-    unfit = [bound.binding for bound in facts.bindings if _kind_complaint(bound)]
+    unfit = [b.binding for b in facts.bindings if b.plant == "ros2" or _kind_complaint(b)]
     parts = {"joints": model.joints, "sensors": model.sensors, "actuators": model.actuators}
     for binding in (binding for binding in plant.bindings if binding not in unfit):
         for key, known in parts.items():
