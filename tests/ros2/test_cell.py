@@ -1,21 +1,23 @@
-"""A simulated cell that others in ROS command: with stubs in the place of its node, and with one."""
+"""A simulated cell that others in ROS command: with stubs in the place of its node, and really."""
 
 from __future__ import annotations
 
 import os
+import runpy
 import signal
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 from specc_runtime.distortion import Distortable
 from specc_runtime.environment import made_plant
 from specc_runtime.examination import shortcomings
 from specc_runtime.hosting.client import Setup
-from specc_runtime.loading import timed
+from specc_runtime.loading import load_system, timed
 from specc_runtime.options import Options, UsageError
 from specc_runtime.plant import Guarded
 from specc_runtime.plants.errors import PlantError
@@ -26,7 +28,7 @@ from specc_runtime.savable import Savable
 from specc_runtime.system import System
 
 from specc.cli import main
-from tests.hosting.rig import DEVICES, HERE, log, system
+from tests.hosting.rig import DEVICES, HERE, log, system, until
 from tests.ros2.conftest import PYTHONS, Start, lines
 from tests.scenarios.runs import INSTALLED, SPECS
 
@@ -95,6 +97,7 @@ def test_each_element_has_one_behind_it_and_a_last_will_is_for_the_node(tmp_path
         made.bequeath(device, {f"{device}.u": [("safe", 7.0)]})
         made.actuate(f"{device}.u", 4.0)
     made.advance(0.002)
+    assert until(lambda: any(name == f"{OF_NODE}.u" for _, name, _ in log(tmp_path)))
     made.leave()
     made.actuate(f"{OF_NODE}.u", 5.0)
     made.close()
@@ -122,6 +125,21 @@ def test_it_goes_on_as_the_clock_does_and_can_be_seen(monkeypatch: pytest.Monkey
         made_plant(cell(), replace(options, bag=Path("bag.mcap")))
 
 
+SKILL = SPECS / "examples" / "pick_cubes.yaml"
+
+
+@INSTALLED
+def test_it_is_packed_with_its_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["build", str(SKILL), "--ament", str(tmp_path)]) == 0
+    monkeypatch.setattr(sys, "argv", ["pick_cubes"])
+    with patch("specc_runtime.main.run", return_value=0) as run:
+        runpy.run_path(str(tmp_path / "pick_cubes_agents" / "main.py"))["main"]()
+    (options,) = run.call_args.args
+    plant = load_system(options.directory, options.base).plant
+    assert plant is not None
+    assert (Path(options.base) / plant.model).is_file()
+
+
 @INSTALLED
 @pytest.mark.long
 @pytest.mark.no_replay("it replays its own recording")
@@ -134,8 +152,8 @@ def test_a_simulated_cell_is_commanded_and_called_off(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("PATH", os.pathsep.join((os.path.dirname(ros), os.environ["PATH"])))
-    path, record = SPECS / "examples" / "pick_cubes.yaml", tmp_path / "run.mcap"
-    command = [sys.executable, "-m", "specc", "run", str(path), "--duration", "100"]
+    record = tmp_path / "run.mcap"
+    command = [sys.executable, "-m", "specc", "run", str(SKILL), "--duration", "100"]
     with subprocess.Popen([*command, "--record", str(record)], stdout=subprocess.DEVNULL) as run:
         orders = "9", "1", "2@lifting", "1"
         client = arm("customer", "/pick_cubes", "/pick_cubes/panda/c", *orders, program="nodes.py")
@@ -149,6 +167,6 @@ def test_a_simulated_cell_is_commanded_and_called_off(
         "done",
     ]
     assert run.returncode == 130
-    assert main(["replay", str(record), "--spec", str(path)]) == 0
+    assert main(["replay", str(record), "--spec", str(SKILL)]) == 0
     out = capsys.readouterr().out
     assert all(f"{name}: " in out and "the same" in out for name in ("desk.c", "panda.c"))
