@@ -64,6 +64,8 @@ def timed(options: Options, system: System) -> Options:
     A run that is operated by keys goes on as the clock does.
     """
     if options.bag is not None:
+        if (plant := system.plant) and plant.ros2 is not None and plant.is_simulated:
+            raise UsageError("--bag: a bag has topics, and nothing of what a simulation gives")
         return options  # which has its own time
     if system.plant is None or system.plant.ros2 is None:
         if options.ros_args:

@@ -122,7 +122,7 @@ def test_it_goes_on_as_the_clock_does_and_can_be_seen(monkeypatch: pytest.Monkey
     with pytest.raises(UsageError, match="simulated = True"):
         made_plant(cell(), replace(options, real_time=True))
     with pytest.raises(UsageError, match="--bag"):
-        made_plant(cell(), replace(options, bag=Path("bag.mcap")))
+        timed(replace(options, bag=Path("bag.mcap")), cell())
 
 
 SKILL = SPECS / "examples" / "pick_cubes.yaml"

@@ -37,8 +37,6 @@ class BagPlant:
         spec = system.plant
         if spec is None or spec.ros2 is None:
             raise UsageError("--bag: the plant is not behind ROS 2, so it reads no topics")
-        if spec.is_simulated:
-            raise UsageError("--bag: a bag has topics, and nothing of what the simulation gives")
         if not {"-p", "--param", "--params-file"}.isdisjoint(ros_args):
             raise UsageError(
                 "--ros-args: a bag has no parameters: --set gives constants their values"
