@@ -68,7 +68,10 @@ def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
     if not bound.is_commanded and (complaint := _sampling_complaint(bound.binding)):
         return complaint
     if topic := first_key(bound.binding, _OF_TOPICS):
-        return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
+        lacking = "name its `topic`"
+        if bound.binding.is_of_ros:
+            lacking = "say under `plant` which node there is, `ros2: {node: NAME}`"
+        return f"`{topic}` is for what is behind ROS 2", f"{lacking}, or delete `{topic}`"
     if bound.plant == "python":
         name = bound.element.name
         modelled = first_key(bound.binding, _OF_A_MODEL)
