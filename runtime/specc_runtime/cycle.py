@@ -376,10 +376,12 @@ class Executor:
         """Distort what is measured for an element of a device from now on, or not any more."""
         if element not in self._sensors:
             return
-        if shortcomings(self._plant, Distortable):
+        # Of a simulated cell, only the simulation may do that itself.
+        plant = getattr(self._plant, "behind", lambda _: self._plant)(element)
+        if shortcomings(plant, Distortable):
             self._sensors[element].distortion = distortion
         else:
-            cast(Distortable, self._plant).distort(element, distortion)
+            cast(Distortable, plant).distort(element, distortion)
 
     def wait(self) -> None:
         """Wait for the steps that are under way, which become visible when they are due."""

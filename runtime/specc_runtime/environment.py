@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -82,15 +83,18 @@ def made_plant(system: System, options: Options) -> Any:
         from specc_runtime.ros2.bags.plant import BagPlant
 
         return BagPlant(system, options.bag, options.ros_args)
-    if options.real_time and spec.python and not is_simulated(spec.python):
+    is_hosted = options.real_time and bool(spec.python) and not is_simulated(spec.python)
+    if is_hosted and spec.ros2 is not None:
+        raise UsageError(
+            f"the plant {spec.python!r} has ROS 2 beside it, so it has to simulate: if it does, "
+            "say so: `simulated = True` in its class"
+        )
+    if is_hosted:
         from specc_runtime.hosting.python_plant import hosted
 
         return hosted(system, options.seed)
-    if spec.ros2 is not None and not spec.python:
-        from specc_runtime.ros2.plant import ros2_plant
-
-        return ros2_plant(system, options.ros_args, is_recorded=options.profile is not None)
-    return _made(system, Path(options.base), options.renderer)
+    is_recorded = options.profile is not None
+    return _made(system, Path(options.base), options.renderer, options.ros_args, is_recorded)
 
 
 def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
@@ -104,15 +108,30 @@ def decoders(spec: PlantSpec) -> Mapping[str, Callable[[Any], Any]]:
     return {binding.name: loaded for binding in spec.sensors}
 
 
-def _made(system: System, base: Path, renderer: RendererName) -> Any:
+def _made(
+    system: System,
+    base: Path,
+    renderer: RendererName,
+    ros_args: Sequence[str] = (),
+    is_recorded: bool = False,
+) -> Any:
     spec = system.plant
     assert spec is not None
+    if spec.ros2 is None:
+        return _simulation(spec, base, renderer)
+    from specc_runtime.ros2.plant import ros2_plant
+
+    node = partial(ros2_plant, system, ros_args, is_recorded=is_recorded)
+    if not spec.is_simulated:
+        return node()
+    from specc_runtime.ros2.cell import simulated_cell
+
+    return simulated_cell(_simulation(spec, base, renderer), node, spec.ros2.elements)
+
+
+def _simulation(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
     if spec.python:
         return made("plant", spec.python, Plant)
-    if spec.ros2 is not None:
-        from specc_runtime.ros2.plant import ros2_plant
-
-        return ros2_plant(system)
     if not spec.model:
         names = [a.name for a in spec.actuators] + [s.name for s in spec.measured]
         raise UsageError(
@@ -121,5 +140,7 @@ def _made(system: System, base: Path, renderer: RendererName) -> Any:
         )
     from specc_runtime.plants.mujoco import MujocoPlant
 
-    sensors = (*spec.measured, *spec.observed)
-    return MujocoPlant(str(base / spec.model), sensors, spec.actuators, renderer=renderer)
+    others = spec.ros2.elements if spec.ros2 is not None else ()
+    sensors = [each for each in (*spec.measured, *spec.observed) if each.name not in others]
+    actuators = [each for each in spec.actuators if each.name not in others]
+    return MujocoPlant(str(base / spec.model), sensors, actuators, renderer=renderer)

@@ -64,6 +64,8 @@ def timed(options: Options, system: System) -> Options:
     A run that is operated by keys goes on as the clock does.
     """
     if options.bag is not None:
+        if (plant := system.plant) and plant.ros2 is not None and plant.is_simulated:
+            raise UsageError("--bag: a bag has topics, and nothing of what a simulation gives")
         return options  # which has its own time
     if system.plant is None or system.plant.ros2 is None:
         if options.ros_args:
@@ -75,7 +77,7 @@ def timed(options: Options, system: System) -> Options:
         if value is not None:
             raise UsageError(f"{option}: a robot behind ROS 2 goes on as the clock does")
     for option, wanted in (("--video", options.video), ("--viewer", options.viewer)):
-        if wanted:  # before the robot is asked for anything
+        if wanted and not system.plant.is_simulated:  # before the robot is asked for anything
             raise UsageError(f"{option}: a robot behind ROS 2 cannot be drawn; try rviz")
     return replace(options, real_time=True)
 

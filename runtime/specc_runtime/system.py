@@ -63,8 +63,8 @@ class PlantSpec:
     """What stands behind the real effectors and receptors.
 
     `model` is an MJCF file, relative to the base; `python` names what makes another plant,
-    `module:name`; `ros2` is a node. A system without any is given its plant by the program that
-    runs it.
+    `module:name`; `ros2` is a node, which has only the elements with topics if it is beside one of
+    those. A system without any is given its plant by the program that runs it.
     """
 
     model: str = ""
@@ -78,6 +78,11 @@ class PlantSpec:
     safe: tuple[SafeOutputs, ...] = ()
     """Of devices with safe outputs, which they get when a run ends."""
     ros2: Ros2 | None = None
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether there is a model, or a plant in Python; `ros2` may be beside it."""
+        return bool(self.model or self.python)
 
     @property
     def measured(self) -> tuple[SensorBinding, ...]:
@@ -234,7 +239,7 @@ class System:
         if plant is None or not plant.panel:
             return plant is not None
         others = plant.measured, plant.actuators, plant.observed
-        return any(others) or bool(plant.model or plant.python or plant.ros2)
+        return any(others) or plant.is_simulated or plant.ros2 is not None
 
     def scheduled(self, name: str) -> Scheduled:
         """The subsystem of that name; raises KeyError."""

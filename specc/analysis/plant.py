@@ -54,10 +54,17 @@ class BoundElement:
         return tuple(unit for part in numbers for unit in part.units) or None
 
 
-def plant_kind(plant: Plant | None) -> PlantKind:
-    """Whether a MuJoCo model, Python or ROS 2 stands behind the devices."""
-    kinds: tuple[PlantKind, ...] = ("model", "python", "ros2")
+def plant_kind(plant: Plant | None, *, is_of_ros: bool = False) -> PlantKind:
+    """Whether a MuJoCo model, Python or ROS 2 stands behind the devices.
+
+    A simulation with ROS 2 beside it has behind the node what `is_of_ros`, and nothing else.
+    """
+    if plant is not None and plant.ros2 is not None and is_of_ros:
+        return "ros2"
+    kinds: tuple[PlantKind, ...] = ("model", "python")
     found = [kind for kind in kinds if plant is not None and getattr(plant, kind)]
+    if not found and plant is not None and plant.ros2 is not None:
+        return "ros2"
     return found[0] if len(found) == 1 else ""
 
 
@@ -75,8 +82,8 @@ def bound_elements(system: System) -> Iterator[BoundElement]:
     known = grouped(((name, e.name), (e, commanded)) for name, e, commanded in bindable(system))
     for binding in system.plant.bindings if system.plant else ():
         for element, commanded in known.get((binding.device, binding.element), ()):
-            plant = "panel" if binding.panel else plant_kind(system.plant)
-            yield BoundElement(binding, element, commanded, plant)
+            kind = plant_kind(system.plant, is_of_ros=binding.is_of_ros)
+            yield BoundElement(binding, element, commanded, "panel" if binding.panel else kind)
 
 
 _KEYS = {
@@ -168,11 +175,13 @@ class RawNumbers:
 
 
 def raw_numbers(bound: BoundElement, model: Model) -> Iterator[RawNumbers]:
-    """The numbers that an element is bound to, in their order.
+    """The numbers of the model that an element is bound to, in their order.
 
     The quaternion of a pose counts as turns about three axes.
     """
     binding = bound.binding
+    if bound.plant == "ros2":  # its joints are those of messages
+        return
     if not bound.is_commanded:
         for index, name in enumerate(binding.joints):
             is_free = bound.is_pose and model.joint_kind(name) == "free"

@@ -68,7 +68,10 @@ def _kind_complaint(bound: BoundElement) -> tuple[str, str] | None:
     if not bound.is_commanded and (complaint := _sampling_complaint(bound.binding)):
         return complaint
     if topic := first_key(bound.binding, _OF_TOPICS):
-        return f"`{topic}` is for plants behind ROS 2", f"delete `{topic}`"
+        lacking = "name its `topic`"
+        if bound.binding.is_of_ros:
+            lacking = "say under `plant` which node there is, `ros2: {node: NAME}`"
+        return f"`{topic}` is for what is behind ROS 2", f"{lacking}, or delete `{topic}`"
     if bound.plant == "python":
         name = bound.element.name
         modelled = first_key(bound.binding, _OF_A_MODEL)
@@ -188,7 +191,7 @@ def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
     model, plant = facts.model, facts.system.plant
     if plant is None or not isinstance(model, Model) or not model.complete:
         return
-    unfit = [bound.binding for bound in facts.bindings if _kind_complaint(bound)]
+    unfit = [b.binding for b in facts.bindings if b.plant == "ros2" or _kind_complaint(b)]
     parts = {"joints": model.joints, "sensors": model.sensors, "actuators": model.actuators}
     for binding in (binding for binding in plant.bindings if binding not in unfit):
         for key, known in parts.items():

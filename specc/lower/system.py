@@ -81,7 +81,8 @@ def ros2_arguments(system: System, imports: Imports) -> Iterator[str]:
     yield literal(ros2.node)
     options = {"wait_s": float(ros2.wait_s), "use_sim_time": ros2.use_sim_time}
     yield from keyword_arguments({"python": ros2.python, **options})
-    topics = [_topic(bound, ros2, imports) for bound in bound_elements(system)]
+    behind = [bound for bound in bound_elements(system) if bound.plant == "ros2"]
+    topics = [_topic(bound, ros2, imports) for bound in behind]
     yield f"topics=({''.join(f'{topic}, ' for topic in topics if topic)})"
     published = [_published(each, system, ros2, imports) for each in system.plant.published]
     if any(published):
@@ -276,7 +277,7 @@ def _plant(
     imports.runtime_name("PlantSpec")
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     plant, made = system.plant, ""
-    if plant and not plant.ros2 and not plant.is_panel:
+    if plant and (plant.model or plant.python):
         made = (
             f"python={literal(plant.python)}" if plant.python else f"model={literal(plant.model)}"
         )

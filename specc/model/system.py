@@ -116,6 +116,11 @@ class Binding:
         return next(((k, getattr(self, k)) for k in kinds if getattr(self, k)), ("", ""))
 
     @property
+    def is_of_ros(self) -> bool:
+        """Whether a node of ROS stands behind the element, as one of its keys says."""
+        return bool(self.topic or self.tf or self.call[0])
+
+    @property
     def name(self) -> str:
         """The element with its device: `irp.E.m.c_d`."""
         return f"{self.device}.{self.element}"
@@ -465,7 +470,10 @@ class Agent:
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """What simulates or drives the devices: an MJCF `model`, an object of `python`, or `ros2`."""
+    """What simulates or drives the devices: an MJCF `model`, an object of `python`, or `ros2`.
+
+    A simulation may have `ros2` beside it, by which others command it.
+    """
 
     model: str
     python: str

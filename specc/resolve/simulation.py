@@ -440,11 +440,7 @@ def resolve_plant(
             on_loss = _of_reported("on_loss", item.on_loss, name, at, agents, expressions)
         binding = replace(binding, panel=panel, initial=initial, on_loss=on_loss)
         # A message comes when its sender sends one.
-        always = (
-            definition.ros2 is not None
-            and bool(item.topic or item.tf or binding.call[0])
-            and item.rate is None
-        )
+        always = definition.ros2 is not None and binding.is_of_ros and item.rate is None
         bindings.append(replace(binding, sporadic=True) if always else binding)
     observed = []
     for name, seen in definition.observe.items():
@@ -454,9 +450,10 @@ def resolve_plant(
             read = tuple(seen.joints), tuple(seen.sensors), tuple(seen.actuators)
             observed.append(Element(name, type_, None, "", Trace(), at.key))
             bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
-    kinds = [kind for kind in ("model", "python", "ros2") if getattr(definition, kind)]
-    ros2 = None
+    simulated = [kind for kind in ("model", "python") if getattr(definition, kind)]
+    kinds, ros2 = simulated, None
     if definition.ros2 is not None:
+        kinds = [*simulated, "ros2"]
         ros2 = _ros2(definition.ros2, where["ros2"], expressions)
     place = where[kinds[0] if kinds else "model"].place
     python = definition.python or ""
@@ -468,10 +465,15 @@ def resolve_plant(
     if not kinds and not plant.is_panel:
         message = "missing key `model` in `plant`"
         expressions.findings.report("E0102", message, where.key, help=_KINDS)
-    elif len(kinds) > 1:
-        message = f"a plant is made by `{kinds[0]}` or by `{kinds[1]}`, not by both"
+    elif len(simulated) > 1:
+        message = "a plant is made by `model` or by `python`, not by both"
         help = "keep the one that this system runs with"
-        expressions.findings.report("E0104", message, where[kinds[1]].key, help=help)
+        expressions.findings.report("E0104", message, where["python"].key, help=help)
+    elif simulated and ros2 is not None and ros2.use_sim_time:
+        message = f"the time of the run is that of `{simulated[0]}`, and of `/clock` as well"
+        help = "delete `use_sim_time`: a simulated cell goes on as the clock of its machine does"
+        place = where["ros2"]["use_sim_time"].key
+        expressions.findings.report("E0104", message, place, help=help)
     return plant
 
 

@@ -246,7 +246,9 @@ class PlantDef(SpecModel, first="model python ros2"):
     python: PythonPath | None = key(
         None, "Function that makes a plant of your own, `package.module:factory`."
     )
-    ros2: Ros2Def | None = key(None, "Node that reads and writes topics of ROS 2.")
+    ros2: Ros2Def | None = key(
+        None, "Node that reads and writes topics of ROS 2; it may be beside a simulation."
+    )
     publish: list[str] = key(
         [],
         "What others in ROS can watch: `irp.m`, a state, `irp.m.y.c.T_c`, what is sent, or"

@@ -84,6 +84,8 @@ def ament_package(spec: str, built: Build) -> AmentPackage:
     module = f"{system.name}_agents"
     data = {f"{_FILES}/{PurePath(path).as_posix()}": raw for path, raw in inputs.files.items()}
     own_base = os.path.normpath(os.path.join(_FILES, inputs.base))
+    if data and not any(name.startswith(f"{own_base}/") for name in data):
+        data[f"{own_base}/.keep"] = b""  # paths of files begin in this folder
     files: dict[str, str | bytes] = {f"{module}/{name}": f for name, f in built.files.items()}
     files |= {f"{module}/{name}": raw for name, raw in data.items()}
     files |= _texts(spec, system, ros2, module, own_base, data)

@@ -430,6 +430,49 @@ class Caller:
         return future.result()
 
 
+def customer(action: str, state: str, *orders: str) -> list[Node]:
+    """Gives orders, one after the other, and says how each ends: its status, what the feedback said
+    in turn, and the result. `2@STATE` is cancelled once the machine that is published as `state` is
+    in that state.
+    """
+    node, states = rclpy.create_node("customer"), [""]
+    client = ActionClient(node, Fibonacci, action)
+    heard(node, state, states.append)
+
+    def give(text: str) -> str:
+        wanted, _, cancelled_in = text.partition("@")
+        told: dict[int, None] = {}
+        goal = Fibonacci.Goal(order=int(wanted))
+        handle = waited(
+            client.send_goal_async(goal, lambda one: told.update({one.feedback.sequence[0]: None}))
+        )
+        if not handle.accepted:
+            return f"{text} rejected"
+        result = handle.get_result_async()
+        if cancelled_in:
+            while states[-1] != cancelled_in:
+                time.sleep(0.01)
+            waited(handle.cancel_goal_async())
+        end = waited(result)
+        return " ".join(map(str, (text, GOAL_STATUS[end.status], *told, [*end.result.sequence])))
+
+    def run() -> None:
+        assert client.wait_for_server(20.0)
+        for order in orders:
+            print(give(order), flush=True)
+        print("done", flush=True)
+
+    threading.Thread(target=run, daemon=True).start()
+    return [node]
+
+
+def waited(future: Future) -> Any:
+    """What has become of a future, which another thread completes."""
+    while not future.done():
+        time.sleep(0.01)
+    return future.result()
+
+
 GOAL_STATUS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 SERVERS: list[ActionServer] = []
 EXECUTOR: list[MultiThreadedExecutor] = []
@@ -437,6 +480,7 @@ NODES = {
     "asker": asker,
     "client": client,
     "commander": commander,
+    "customer": customer,
     "doctor": doctor,
     "joints": joints,
     "lamp": lamp,

@@ -12,12 +12,15 @@ from tests.scenarios.runs import INSTALLED, SPECS
 from tests.seeds import SOAK
 from tests.sweep.runs import swept, table
 
-CELL = SPECS / "examples" / "tray_cell.yaml"
+CELL, SKILL = (SPECS / "examples" / f"{name}.yaml" for name in ("tray_cell", "pick_cubes"))
 WHEELS = sorted(set((SPECS / "examples").glob("*.yaml")) - {CELL})
 """Those of robots from wheels."""
 LIMIT_S = 60
 FROM_WHEELS = [pytest.param(spec, marks=INSTALLED, id=spec.stem) for spec in WHEELS]
-EACH = pytest.mark.parametrize("spec", [*FROM_WHEELS, pytest.param(CELL, id=CELL.stem)])
+ALL = [*FROM_WHEELS, pytest.param(CELL, id=CELL.stem)]
+EACH = pytest.mark.parametrize("spec", ALL)
+ALONE = [each for each in ALL if SKILL not in each.values]
+"""Those that nobody in ROS commands."""
 
 
 @pytest.mark.parametrize(
@@ -60,7 +63,7 @@ def test_nothing_is_found_in_the_cell_up_to_the_bound(capsys: pytest.CaptureFixt
     assert (told["status"], told["findings"]) == ("ended at the bound", [])
 
 
-@EACH
+@pytest.mark.parametrize("spec", ALONE)
 @pytest.mark.parametrize(
     "count", [pytest.param(4, marks=pytest.mark.long), pytest.param(10, marks=SOAK)]
 )

@@ -112,6 +112,11 @@ class Ros2:
     diagnostics: bool = False
 
     @property
+    def elements(self) -> frozenset[str]:
+        """Names of the elements that have topics."""
+        return frozenset([topic.name for topic in self.topics])
+
+    @property
     def config(self) -> dict[str, Any]:
         """What the node is told: plain data."""
         namespace, _, name = self.node.rpartition("/")

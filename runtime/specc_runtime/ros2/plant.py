@@ -62,7 +62,8 @@ class Ros2Plant(HostedPlant):
         topics = system.plant.ros2.topics
         optional = {t.name for t in topics if is_given_back(t)}
         optional |= {sensor.name for sensor in system.plant.sensors if sensor.initial}
-        super().__init__(system, setup, decode=decode, encode=encode, optional=frozenset(optional))
+        own = _behind_node(system)
+        super().__init__(own, setup, decode=decode, encode=encode, optional=frozenset(optional))
         self._goals = goals_of(topics)
         self._eager |= self._goals.keys()
         self._statuses: dict[str, Any] = {}
@@ -232,9 +233,30 @@ class Ros2Plant(HostedPlant):
         self._host.channel.send("send", "", name, message, 0)
 
 
+def _behind_node(system: System) -> System:
+    """The system with nothing in its plant but what is behind the node: all, or beside a simulation
+    what has a topic.
+    """
+    spec = system.plant
+    assert spec is not None and spec.ros2 is not None
+    if not spec.is_simulated:
+        return system
+    own = spec.ros2.elements
+    plant = replace(
+        spec,
+        sensors=tuple(each for each in spec.sensors if each.name in own),
+        actuators=tuple(each for each in spec.actuators if each.name in own),
+        inputs=tuple(each for each in spec.inputs if each.sensor in own),
+        outputs=tuple(each for each in spec.outputs if each.actuator in own),
+        observed=(),
+        safe=tuple(s for s in spec.safe if any(f"{s.name}.{e}" in own for e in s.elements)),
+    )
+    return replace(system, plant=plant)
+
+
 def ros2_plant(
     system: System, ros_args: Sequence[str] = (), *, is_recorded: bool = False
-) -> HostedPlant:
+) -> Ros2Plant:
     """The plant of a system with `ros2`: its node runs, and topics have had their first messages.
 
     The node gets `ros_args`, as those of `ros2 run` behind `--ros-args`. If it is recorded as a

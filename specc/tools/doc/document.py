@@ -386,9 +386,9 @@ class DocumentWriter:
             return
         pages = self.pages
         pages.heading(1, "Plant and bindings", "plant")
-        behind = plant.model or plant.python or (plant.ros2.node if plant.ros2 else "")
-        if behind:
-            pages.content(f"#{string('Behind the devices stands')} {mono(behind)}.")
+        named = plant.model, plant.python, plant.ros2.node if plant.ros2 else ""
+        if behind := " and ".join(mono(name) for name in named if name):
+            pages.content(f"#{string('Behind the devices stands')} {behind}.")
 
         def rows() -> Iterator[list[str | list[Part]]]:
             for b in plant.bindings:
