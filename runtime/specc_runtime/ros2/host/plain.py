@@ -73,9 +73,8 @@ def fill(message: Any, data: Any, where: str = "") -> Any:
 def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
     """What a field of that type is set to."""
     if hasattr(present, "get_fields_and_field_types"):
-        if isinstance(value, float) and interface_name(type(present)) == _DURATION:
-            sec, nanosec = divmod(round(value * 1e9), 10**9)
-            value = {"sec": sec, "nanosec": nanosec}
+        if isinstance(value, float) and interface_name(type(present)) == DURATION:
+            value = duration(value)
         return fill(present, value, where)
     element = getattr(declared, "value_type", None)
     if element is None:
@@ -88,8 +87,16 @@ def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
     return [_number(getattr(element, "typename", ""), item) for item in value]
 
 
-_DURATION = "builtin_interfaces/msg/Duration"
+DURATION = "builtin_interfaces/msg/Duration"
 """A number for one is that of its seconds."""
+
+
+def duration(seconds: float) -> dict[str, int]:
+    """The fields of a duration."""
+    sec, nanosec = divmod(round(seconds * 1e9), 10**9)
+    return {"sec": sec, "nanosec": nanosec}
+
+
 _REAL = ("float", "double", "long double")
 
 
