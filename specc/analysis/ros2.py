@@ -1,8 +1,6 @@
-"""Which messages of ROS 2 go with which types, what of them is the value, what others can watch.
+"""Which messages of ROS 2 go with which elements, and what others can watch.
 
-The units of messages are those of REP 103: an element in another unit is another quantity, since
-all numbers of a running system are SI's. How parts of messages are read and written is in the
-runtime, by the names of shapes that are chosen here.
+What is known of messages is the table in `ros2_messages`; here elements are compared with it.
 """
 
 from __future__ import annotations
@@ -11,41 +9,22 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from specc.analysis.ros2_messages import (
+    CALL_MESSAGES,
+    JOINTS,
+    MESSAGES,
+    NEEDED_IN_POINTS,
+    TIME_OF_POINT,
+    MessagePart,
+    scalar,
+    short_message_type,
+)
 from specc.diagnostics import nearest
 from specc.diagnostics.phrases import with_article
 from specc.lang.kinds import kind
 from specc.model.system import DIAGNOSTICS, Binding, CallKind, Element, Published, Subsystem, System
-from specc.model.types import Enum, OptionalOf, Pose, Text, Type
-from specc.model.units import (
-    DIMENSIONLESS,
-    METRE,
-    NEWTON,
-    NEWTON_METRE,
-    RADIAN,
-    SECOND,
-    Unit,
-    parse_unit,
-)
-from specc.reachable import grouped
-
-FRAME, CHILD = "header.frame_id", "child_frame_id"
-"""Fields that hold coordinate frames."""
-
-
-@dataclass(frozen=True, slots=True)
-class MessagePart:
-    """A part of messages that is the value of elements of some types.
-
-    `unit` is that of numbers, None where it is not said; `frame` and `child` are the fields of the
-    coordinate frames that the value is in. A part that is not `sent` is only read.
-    """
-
-    shape: str
-    path: str = ""
-    unit: Unit | None = None
-    frame: str = ""
-    child: str = ""
-    sent: bool = True
+from specc.model.types import Enum, OptionalOf, Pose, Record, Text, Type, Vector
+from specc.model.units import DIMENSIONLESS
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,69 +34,6 @@ class MessageTypeMismatch:
     message: str
     help: str
     code: str = "E0521"
-
-
-_INTS = [f"{sign}{bits}" for sign in ("Int", "UInt") for bits in (8, 16, 32, 64)]
-_FLOATS = ("Float32", "Float64")
-_OF_JOINTS = {
-    "position": (RADIAN, METRE),
-    "velocity": (RADIAN / SECOND, METRE / SECOND),
-    "effort": (NEWTON_METRE, NEWTON),
-}
-JOINT_STATE = "sensor_msgs/JointState"
-
-
-def _table() -> Iterator[tuple[str, MessagePart]]:
-    """Parts by the type of messages; one type may have several."""
-    for name in ("Bool", "String", "Char", *_INTS, *_FLOATS):
-        yield f"std_msgs/{name}", MessagePart("scalar", "data")
-    for name in _FLOATS:
-        yield f"std_msgs/{name}MultiArray", MessagePart("vector", "data")
-    for name in _INTS:
-        yield f"std_msgs/{name}MultiArray", MessagePart("tuple", "data")
-    for field, units in _OF_JOINTS.items():
-        yield from ((JOINT_STATE, MessagePart("joints", field, unit)) for unit in units)
-    yield from _geometry()
-    yield "nav_msgs/Odometry", MessagePart("pose", "pose.pose", frame=FRAME, child=CHILD)
-    yield "nav_msgs/Odometry", MessagePart("twist", "twist.twist", frame=CHILD)
-    yield "std_msgs/Empty", MessagePart("arrival", sent=False)
-    yield "sensor_msgs/Range", MessagePart("scalar", "range", METRE)
-    yield "sensor_msgs/Imu", MessagePart("vector3", "angular_velocity", RADIAN / SECOND)
-    yield "sensor_msgs/Imu", MessagePart("vector3", "linear_acceleration", METRE / SECOND**2)
-    yield "sensor_msgs/Image", MessagePart("image")
-    yield "sensor_msgs/Image", MessagePart("depth")
-    yield "sensor_msgs/CameraInfo", MessagePart("camera", "k", parse_unit("px"), sent=False)
-
-
-def _geometry() -> Iterator[tuple[str, MessagePart]]:
-    """Of `geometry_msgs`, as they are and with a header."""
-    for name, shape, unit in (
-        ("Pose", "pose", None),
-        ("Twist", "twist", None),
-        ("Wrench", "wrench", None),
-        ("Point", "vector3", METRE),
-        ("Vector3", "vector3", None),
-    ):
-        field = "vector" if name == "Vector3" else name.lower()
-        yield f"geometry_msgs/{name}", MessagePart(shape, "", unit)
-        yield f"geometry_msgs/{name}Stamped", MessagePart(shape, field, unit, frame=FRAME)
-    for name, shape in (("Pose", "pose"), ("Twist", "twist")):
-        lower = f"{name.lower()}.{name.lower()}"
-        full = f"geometry_msgs/{name}WithCovariance"
-        yield full, MessagePart(shape, name.lower())
-        yield f"{full}Stamped", MessagePart(shape, lower, frame=FRAME)
-    yield "geometry_msgs/Transform", MessagePart("transform")
-    stamped = MessagePart("transform", "transform", frame=FRAME, child=CHILD)
-    yield "geometry_msgs/TransformStamped", stamped
-
-
-MESSAGES = {name: tuple(parts) for name, parts in grouped(_table()).items()}
-"""The parts of messages, by their types as `package/Type`."""
-
-
-def short_message_type(message: str) -> str:
-    """`package/Type` of a type that may be written `package/msg/Type`."""
-    return message.replace("/msg/", "/").replace("/action/", "/").replace("/srv/", "/")
 
 
 # Actions and services: which parts of them elements are.
@@ -151,19 +67,20 @@ CALLS: dict[CallKind, CallParts] = {
     "service_server": CallParts(("response",), ("request",)),
 }
 
-_CALLED = (MessagePart("arrival"),)
-_ANSWERED = (MessagePart("scalar", "success"), MessagePart("scalar", "message", sent=False))
-_OF_SERVICES = {
-    ("std_srvs/Empty", "request"): _CALLED,
-    ("std_srvs/Empty", "response"): _CALLED,
-    ("std_srvs/SetBool", "request"): (MessagePart("scalar", "data"),),
-    ("std_srvs/SetBool", "response"): _ANSWERED,
-    ("std_srvs/Trigger", "request"): _CALLED,
-    ("std_srvs/Trigger", "response"): _ANSWERED,
-}
-"""By types of services and parts: which fields hold a value without a word in the binding."""
-_SCALAR_OF = {"data": "Bool", "success": "Bool", "message": "String", "": "Bool"}
-"""The scalars of these fields."""
+
+def known_parts(binding: Binding) -> tuple[MessagePart, ...]:
+    """The parts that messages of a binding are known to have."""
+    message = short_message_type(binding.message)
+    return (
+        CALL_MESSAGES.get((message, binding.part), ())
+        if binding.call[0]
+        else MESSAGES.get(message, ())
+    )
+
+
+def takes_joints(binding: Binding) -> bool:
+    """Whether messages of a binding name joints."""
+    return any(part.shape in JOINTS for part in known_parts(binding))
 
 
 def _part_of_call(
@@ -186,11 +103,13 @@ def _part_of_call(
     if binding.through or binding.field:
         return _part_by_key(binding, value, commanded=commanded)
     shapes = kind(value).shapes(value)
-    for part in _OF_SERVICES.get((short_message_type(binding.message), binding.part), ()):
-        if _SCALAR_OF[part.path] in shapes and (part.sent or not commanded):
-            return part
     if call == "action_server" and binding.part == "request" and "Bool" in shapes:
         return MessagePart("arrival")
+    if known_parts(binding):
+        name = f"the {binding.part} of a {short_message_type(binding.message)}"
+        return _known_part(binding, value, name, commanded=commanded)
+    if commanded and isinstance(value, Record) and _is_plain(value):
+        return MessagePart("record")
     made = "its fields" if commanded else "its value of a message"
     return MessageTypeMismatch(
         f"the {binding.part} of {with_article(what)} is a message of its own type",
@@ -246,10 +165,103 @@ def _part_by_key(
     """The part that a function makes, or that a field holds; its numbers are SI's, as REP 103."""
     if binding.through:
         return MessagePart("message")
+    field = binding.field
+    if any(part.path == field for part in known_parts(binding)):
+        return _known_part(binding, type_, f"`{field}`", commanded=commanded)
     for shape in kind(type_).shapes(type_):
-        return MessagePart("scalar" if shape in _WORDS_OF_SCALARS else shape, binding.field)
+        if shape not in ONLY_SENT or (commanded and _is_plain(type_)):
+            return MessagePart("scalar" if shape in _WORDS_OF_SCALARS else shape, field)
     return MessageTypeMismatch(
         f"{type_} is no field of a message", "name a function under `through:` that converts"
+    )
+
+
+def _known_part(
+    binding: Binding, type_: Type, name: str, *, commanded: bool
+) -> MessagePart | MessageTypeMismatch:
+    """The part of messages that are in the table. `name` says what of them is meant."""
+    message = short_message_type(binding.message)
+    parts = [p for p in known_parts(binding) if binding.field in ("", p.path)]
+    fitting = [p for p in parts if _carries(p, message, type_)]
+    if fitting and commanded and not any(part.sent for part in fitting):
+        return MessageTypeMismatch(
+            f"{name} is only read" if binding.call[0] else f"{name} are only read",
+            "name a function under `through:` that makes the fields of a message",
+        )
+    if not commanded and all(part.shape in ONLY_SENT for part in fitting or parts):
+        return MessageTypeMismatch(
+            f"{type_} is not read from {name}: records are only sent",
+            "name a function under `through:` that makes the value of a message",
+        )
+    if not fitting:
+        verb = "sent as" if commanded else "read from"
+        words = (_WORDS.get(p.shape, _WORDS_OF_SCALARS[_scalar_of(p, message)]) for p in parts)
+        return MessageTypeMismatch(
+            f"{type_} is not {verb} {name}",
+            f"make it {' or '.join(dict.fromkeys(words))}, or name a function under `through:` "
+            "that converts",
+        )
+    unit = type_.units[0] if len(type_.units) == 1 else None
+    for part in fitting:
+        if part.fields:
+            return _record_mismatch(part, type_, name) or part
+        if part.unit is None or unit is None or part.unit == unit:
+            return part
+    units: dict[str, list[str]] = {}
+    for each in fitting:
+        units.setdefault(each.path, []).append(str(each.unit))
+    known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
+    return MessageTypeMismatch(
+        f"numbers in {unit or DIMENSIONLESS} are not those of {name}: known are {', '.join(known)}",
+        "give the element the unit of REP 103, or name a function under `through:` that converts",
+        "E0511",
+    )
+
+
+ONLY_SENT = ("record", "records", "trajectory")
+"""Shapes that are only sent."""
+
+
+def _is_plain(type_: Type) -> bool:
+    """Whether a value tells by itself what its fields are: of six numbers, nothing does."""
+    shape = next(iter(kind(type_).shapes(type_)), "")
+    is_known = shape in (*_WORDS_OF_SCALARS, *_PLAIN, *ONLY_SENT)
+    return is_known and all(map(_is_plain, type_.parts))
+
+
+_PLAIN = ("vector", "tuple", "vector3", "pose")
+
+
+def _record_mismatch(part: MessagePart, type_: Type, name: str) -> MessageTypeMismatch | None:
+    """Why the fields of a record are not those of a message."""
+    record = type_ if isinstance(type_, Record) else type_.parts[0]
+    assert isinstance(record, Record), "only records and lists of them have that shape"
+    known, given = dict(part.fields), dict(record.fields)
+    listed = ", ".join(
+        f"{field} ({' or '.join(map(str, units))})" for field, units in known.items()
+    )
+    needed = NEEDED_IN_POINTS if part.shape == "trajectory" else ()
+    if lacking := [field for field in needed if field not in given]:
+        why, code = f"{record} has no {' and no '.join(lacking)}", "E0521"
+    elif unknown := [field for field in given if field not in known]:
+        why, code = f"{name} has no {' and no '.join(unknown)}, which {record} has", "E0521"
+    elif other := next((f for f, of in given.items() if _is_other(part, f, of)), ""):
+        why = f"`{other}` of {record} is {given[other]}"
+        code = "E0521" if set(given[other].units) & set(known[other]) else "E0511"
+    elif len({len(of.components) for of in given.values()} - {0}) > 1:
+        why, code = f"the vectors of {record} are not of one size", "E0521"
+    else:
+        return None
+    return MessageTypeMismatch(why, f"known fields are {listed}", code)
+
+
+def _is_other(part: MessagePart, name: str, type_: Type) -> bool:
+    """Whether a field has another unit, or is a vector where it is to be a number, or the other
+    way round.
+    """
+    is_vector = part.shape == "trajectory" and name != TIME_OF_POINT
+    return is_vector != isinstance(type_, Vector) or not set(type_.units) & set(
+        dict(part.fields)[name]
     )
 
 
@@ -270,55 +282,27 @@ def part_of(binding: Binding, type_: Type, *, commanded: bool) -> MessagePart | 
     if binding.through or binding.field:
         return _part_by_key(binding, type_, commanded=commanded)
     message = short_message_type(binding.message)
-    parts = MESSAGES.get(message)
-    if parts is None:
-        return MessageTypeMismatch(
-            f"no value is known to stand in messages of type {message}",
-            "name a function under `through:` that makes the value of a message"
-            if not commanded
-            else "name a function under `through:` that makes the fields of a message",
-        )
-    fitting = [p for p in parts if _carries(p, message, type_)]
-    if fitting and commanded and not any(part.sent for part in fitting):
-        return MessageTypeMismatch(
-            f"messages of type {message} are only read",
-            "name a function under `through:` that makes the fields of a message",
-        )
-    if not fitting:
-        verb = "sent as" if commanded else "read from"
-        of_scalar = _WORDS_OF_SCALARS[scalar(message)]
-        types = dict.fromkeys(_WORDS.get(part.shape, of_scalar) for part in parts)
-        return MessageTypeMismatch(
-            f"{type_} is not {verb} messages of type {message}",
-            f"make it {' or '.join(types)}, or name a function under `through:` that converts",
-        )
-    unit = type_.units[0] if len(type_.units) == 1 else None
-    for part in fitting:
-        if part.unit is None or unit is None or part.unit == unit:
-            return part
-    units: dict[str, list[str]] = {}
-    for each in fitting:
-        units.setdefault(each.path, []).append(str(each.unit))
-    known = [f"{path} in {' or '.join(each)}".strip() for path, each in units.items()]
+    if message in MESSAGES:
+        name = f"messages of type {message}"
+        return _known_part(binding, type_, name, commanded=commanded)
+    if commanded and isinstance(type_, Record) and _is_plain(type_):
+        return MessagePart("record")
     return MessageTypeMismatch(
-        f"numbers in {unit or DIMENSIONLESS} are not those of {message}: it has {', '.join(known)}",
-        "give the element the unit of REP 103, or name a function under `through:` that converts",
-        "E0511",
+        f"no value is known to stand in messages of type {message}",
+        "name a function under `through:` that makes the value of a message"
+        if not commanded
+        else "name a function under `through:` that makes the fields of a message",
     )
 
 
 def _carries(part: MessagePart, message: str, type_: Type) -> bool:
     """Whether values of a type have the shape of that part, in any unit."""
-    shape = scalar(message) if part.shape in ("scalar", "arrival") else part.shape
+    shape = _scalar_of(part, message) if part.shape in ("scalar", "arrival") else part.shape
     return shape in kind(type_).shapes(type_)
 
 
-def scalar(message: str) -> str:
-    """The scalar of `std_msgs` that stands for those of a message."""
-    name = message.partition("/")[2]
-    if name in ("String", "Bool", "Empty"):
-        return name.replace("Empty", "Bool")
-    return "Float64" if name in (*_FLOATS, "Range") else "Int64"
+def _scalar_of(part: MessagePart, message: str) -> str:
+    return part.scalar or scalar(message)
 
 
 _WORDS = {
@@ -331,6 +315,8 @@ _WORDS = {
     "transform": "a pose",
     "twist": "a twist",
     "wrench": "a wrench",
+    "record": "a record",
+    "trajectory": "a record with positions and time_from_start, or a list of these",
     "image": "an `image[height, width, 3]`",
     "depth": "an `image[height, width, 1]`, in metres",
 }

@@ -8,17 +8,17 @@ from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, first_key
 from specc.analysis.ros2 import (
     CALLS,
-    JOINT_STATE,
     MessageTypeMismatch,
     frames_of,
     part_of,
     published_value,
-    short_message_type,
+    takes_joints,
 )
+from specc.analysis.ros2_messages import JOINTS, short_message_type
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted, with_article
 from specc.model.system import DIAGNOSTICS, PLANT
-from specc.model.types import OptionalOf, Vector
+from specc.model.types import Type
 from specc.source import Place
 
 
@@ -76,8 +76,8 @@ def _topic_complaint(bound: BoundElement) -> tuple[str, str] | None:
         return why, f"add `action:` or `service:`, or delete `{key}`"
     if binding.field and binding.joints:
         return f"`joints` of `{name}` are in fields that are known", "delete `field`"
-    if binding.joints and short_message_type(binding.message) != JOINT_STATE:
-        return f"`joints` are for messages of type {JOINT_STATE}", "delete `joints`"
+    if binding.joints and not takes_joints(binding):
+        return f"messages of type {binding.message} have no joints", "delete `joints`"
     qos = dict(binding.qos)
     if (qos.get("durability"), qos.get("reliability")) == ("transient_local", "best_effort"):
         why = "the last message of a `transient_local` topic goes to reliable readers only"
@@ -98,7 +98,8 @@ def _call_complaint(bound: BoundElement) -> tuple[str, str] | None:
     listed = ", ".join(filter(None, known))
     if other := first_key(binding, tuple(each for each in CALLS if each != call)):
         return f"`{name}` is a part of two: `{call}` and `{other}`", f"delete `{other}`"
-    if key := first_key(binding, ("topic", "qos", "joints")):
+    keys = ("topic", "qos") if takes_joints(binding) else ("topic", "qos", "joints")
+    if key := first_key(binding, keys):
         return f"`{key}` is for topics, and `{name}` is a part of {what}", f"delete `{key}`"
     if not binding.part:
         return f"{what} has several parts", f"add `part:` with one of these: {listed}"
@@ -170,11 +171,21 @@ def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def calls_given_back(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505, E0521: what is given back of a call is what an element commands, of its type."""
+    """E0505, E0521: one element commands a call, and what is given back is that, of its type."""
     topics = list(_topics(facts))
-    commanded = {
-        (bound.binding.call, bound.binding.part): bound for bound in topics if bound.is_commanded
-    }
+    commanded: dict[object, BoundElement] = {}
+    for bound in topics:
+        key = bound.binding.call, bound.binding.part
+        if not bound.is_commanded or bound.binding.call[0] not in ("action", "service"):
+            continue
+        if (first := commanded.setdefault(key, bound)) is not bound:
+            yield Diagnostic(
+                "E0505",
+                f"the {bound.binding.part} of {bound.binding.call[1]} is bound twice",
+                bound.binding.place,
+                related=(Related(first.binding.place, "the first one"),),
+                help="send one of the two, or a record that has both as its fields",
+            )
     for bound in topics:
         if not _is_given_back(bound):
             continue
@@ -208,13 +219,21 @@ def messages_fit(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
-    """E0507, of joint states: there is a name for each number of the element."""
+    """E0507: where messages name joints, there is a name for each number of the element."""
     for bound in _topics(facts):
         binding, type_ = bound.binding, bound.element.type
-        if binding.through or short_message_type(binding.message) != JOINT_STATE:
+        part = part_of(binding, type_, commanded=bound.is_commanded)
+        if isinstance(part, MessageTypeMismatch) or part.shape not in JOINTS:
+            if binding.joints and binding.call[0] and not isinstance(part, MessageTypeMismatch):
+                yield Diagnostic(
+                    "E0505",
+                    f"`{bound.element.name}` has no numbers of joints",
+                    binding.place.below("joints"),
+                    related=(_type(bound),),
+                    help="delete `joints`",
+                )
             continue
-        type_ = type_.value if isinstance(type_, OptionalOf) else type_
-        wanted, given = type_.size if isinstance(type_, Vector) else 1, len(binding.joints)
+        wanted, given = _numbers_of(type_), len(binding.joints)
         if given != wanted:
             yield Diagnostic(
                 "E0507",
@@ -224,6 +243,11 @@ def joints_counted(facts: Facts) -> Iterator[Diagnostic]:
                 related=(_type(bound),),
                 help="name the joints in the order of the element: `joints: [NAME, ...]`",
             )
+
+
+def _numbers_of(type_: Type) -> int:
+    """How many numbers a value has; of a trajectory, each of its points for each of its fields."""
+    return len(type_.components) or max(map(_numbers_of, type_.parts), default=1)
 
 
 def frames_named(facts: Facts) -> Iterator[Diagnostic]:

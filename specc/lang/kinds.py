@@ -342,6 +342,7 @@ KINDS: dict[type[Type], Kind] = {
             tuple([of(type_.element, item) for item in data]) if type(data) is list else ...
         ),
         descriptions=lambda type, frame, of: [f"each: {words}" for words in of(type.element)],
+        shapes=lambda type: ("records", "trajectory") * isinstance(type.element, t.Record),
         annotation=_tuple,
         contract=lambda type, py: _call(
             py, "as_list", py.of(type.element), *["least=1"] * type.nonempty
@@ -380,6 +381,7 @@ KINDS: dict[type[Type], Kind] = {
         map_parts=lambda type, value, of: Fields(**_fields(type, value, of)),
         data=_fields,
         decode=_of_fields,
+        shapes=lambda type: ("record", "trajectory"),
         contract=lambda type, py: _record(type, py, "as_record"),
         form=lambda type, py: _record(type, py, "record"),
     ),

@@ -17,8 +17,8 @@ from specc.analysis.ros2 import (
     frames_of,
     part_of,
     published_value,
-    short_message_type,
 )
+from specc.analysis.ros2_messages import short_message_type
 from specc.lang import Environment, evaluate
 from specc.lang.kinds import kind
 from specc.lower.families import Family, families

@@ -432,7 +432,7 @@ def resolve_plant(
     for name, item in definition.bind.items():
         at = where["bind"][name]
         device, _, element = name.rpartition(".")
-        binding = _binding(device, element, item, at, expressions)
+        binding = _binding(device, element, item, at, expressions, definition.frame)
         panel = resolve_panel(item, at, reported.get(name), expressions)
         initial = None if item.panel else _initial(name, binding, item, at, agents, expressions)
         on_loss = None
@@ -497,7 +497,12 @@ def _ros2(definition: Ros2Def, where: YamlNode, expressions: Expressions) -> Ros
 
 
 def _binding(
-    device: str, element: str, item: BindingDef, at: YamlNode, expressions: Expressions
+    device: str,
+    element: str,
+    item: BindingDef,
+    at: YamlNode,
+    expressions: Expressions,
+    frame_of: Callable[[str], str],
 ) -> Binding:
     findings = expressions.findings
     rate = rate_of(item.rate, at["rate"], findings) if item.rate is not None else None
@@ -524,7 +529,7 @@ def _binding(
         item.topic,
         item.type,
         tuple((name, value) for name, value in options.items() if value not in ("", None)),
-        (item.tf.parent, item.tf.child) if item.tf else (),
+        tuple(map(frame_of, (item.tf.parent, item.tf.child))) if item.tf else (),
         item.action,
         item.part,
         action_server=item.action_server,

@@ -172,7 +172,7 @@ class QosDef(SpecModel):
 
 
 class TfDef(SpecModel):
-    """A transform of tf2, between frames of the specification."""
+    """A transform of tf2, between frames as the specification or ROS calls them."""
 
     parent: ReadableName = key(about="Frame in which the other one is.", alias="from")
     child: ReadableName = key(about="Frame whose pose it is.", alias="to")
@@ -260,6 +260,12 @@ class PlantDef(SpecModel, first="model python ros2"):
     observe: dict[ReadableName, ObservedDef] = key(
         {}, "What is really so, for requirements: `plant.NAME`.", defines="element"
     )
+
+    def frame(self, name: str) -> str:
+        """The frame of that name in the specification, or else in ROS."""
+        frames = self.ros2.frames if self.ros2 else {}
+        of_ros = {ros.removeprefix("/"): frame for frame, ros in frames.items()}
+        return name if name in frames else of_ros.get(name, name)
 
 
 class CycleDef(SpecModel):

@@ -36,7 +36,8 @@ OTHER_WORDS = {
         "tools/starting/facts.py": {"position"},
     },
     "messages of ROS 2 and their fields": {
-        "analysis/ros2.py": {"position", "pose"},
+        "analysis/ros2.py": {"pose"},
+        "analysis/ros2_messages.py": {"position", "pose"},
         "lang/kinds.py": {"pose"},
         "tools/starting/ros2.py": {"position", "pose"},
     },

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 
 def goal(steps: int | None) -> dict[str, int]:
@@ -19,3 +19,33 @@ def last(message: Any) -> int:
 def feedback(steps: int) -> dict[str, list[int]]:
     """The feedback of so many steps."""
     return {"sequence": [steps]}
+
+
+class Width(NamedTuple):
+    """Some fields of `test_msgs/BasicTypes`."""
+
+    float64_value: float
+    bool_value: bool
+
+
+class Time(NamedTuple):
+    """A field of `test_msgs/Builtins`, s."""
+
+    duration_value: float
+
+
+class Goal(NamedTuple):
+    """Some fields of the goal of `test_msgs/NestedMessage`."""
+
+    nested_field: Width
+    nested_field_no_pkg: Time
+
+
+def whole(width: float, time: float) -> Goal:
+    """The goal of that width, m, and time, s."""
+    return Goal(Width(width, True), Time(time))
+
+
+def milliseconds(point: Any) -> dict[str, int]:
+    """The goal of a posture, of which a server that counts steps learns how long it may take."""
+    return {"order": round(1e3 * point.time_from_start)}

@@ -33,8 +33,9 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray, Int64, String
 from std_srvs.srv import SetBool, Trigger
-from test_msgs.action import Fibonacci
+from test_msgs.action import Fibonacci, NestedMessage
 from test_msgs.msg import Nested
+from trajectory_msgs.msg import JointTrajectory
 
 
 def latched(topic: str) -> list[Node]:
@@ -113,6 +114,52 @@ def server(action: str, *outcomes: str) -> list[Node]:
             callback_group=ReentrantCallbackGroup(),
         )
     )
+    return [node]
+
+
+def twice(action: str) -> list[Node]:
+    """Succeeds with twice the numbers of each goal."""
+    node = rclpy.create_node("twice")
+
+    def pursue(handle: ServerGoalHandle) -> NestedMessage.Result:
+        goal, result = handle.request, NestedMessage.Result()
+        result.nested_field.float64_value = 2 * goal.nested_field.float64_value
+        time = goal.nested_field_no_pkg.duration_value
+        total = 2 * (time.sec * 10**9 + time.nanosec)
+        sec, nanosec = divmod(total, 10**9)
+        result.nested_field_no_pkg.duration_value.sec = sec
+        result.nested_field_no_pkg.duration_value.nanosec = nanosec
+        print(goal.nested_field.bool_value, total, flush=True)
+        handle.succeed()
+        return result
+
+    SERVERS.append(ActionServer(node, NestedMessage, action, pursue))
+    return [node]
+
+
+def follower(topic: str) -> list[Node]:
+    """Joints that are at the points of the last trajectory, each at its time, and at 0 before."""
+    node, at = rclpy.create_node("follower"), {"q2": 0.0, "q1": 0.0}
+    states = node.create_publisher(JointState, "/joint_states", 10)
+    left: list[tuple[float, dict[str, float]]] = []
+
+    def told(message: JointTrajectory) -> None:
+        now_s = time.monotonic()
+        for point in message.points:
+            due_s = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec
+            where = dict(zip(message.joint_names, point.positions, strict=True))
+            print(due_s, where, *point.velocities, flush=True)
+            left.append((now_s + due_s, where))
+
+    def tell() -> None:
+        while left and left[0][0] < time.monotonic():
+            at.update(left.pop(0)[1])
+        state = JointState(name=list(at), position=list(at.values()))
+        state.header.stamp = node.get_clock().now().to_msg()
+        states.publish(state)
+
+    node.create_subscription(JointTrajectory, topic, told, 10)
+    node.create_timer(0.02, tell)
     return [node]
 
 
@@ -482,6 +529,7 @@ NODES = {
     "commander": commander,
     "customer": customer,
     "doctor": doctor,
+    "follower": follower,
     "joints": joints,
     "lamp": lamp,
     "latched": latched,
@@ -491,6 +539,7 @@ NODES = {
     "server": server,
     "switch": switch,
     "tuner": tuner,
+    "twice": twice,
 }
 
 

@@ -432,7 +432,7 @@ def test_a_profile_needs_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["arm", "gripper"])
+@pytest.mark.parametrize("name", ["arm", "gripper", "follow", "nested"])
 def test_a_bag_of_a_live_run_replays_to_its_states(
     name: str,
     arm: Start,
@@ -440,7 +440,11 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    arm()
+    others = {
+        "follow": ("follower", "/arm_controller/joint_trajectory"),
+        "nested": ("twice", "/twice"),
+    }
+    arm(*others[name], program="nodes.py") if name in others else arm()
     path, bag = spec(name=name), tmp_path / "live.mcap"
     watched = ["--publish", "irp.m.y.c.q_c"] if name == "arm" else []
     command = ["run", str(path), "--cycles", "1", "--record", str(bag), "--profile", "ros2"]
@@ -451,6 +455,9 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
         assert {topic for topic, _, _ in messages} > {JOINTS, WRENCHES, COMMANDS}
         stamps = [m.header.stamp.sec for topic, _, m in messages if topic in (JOINTS, WRENCHES)]
         assert all(stamps)
+    if name == "follow":
+        way = next(m for topic, _, m in messages if topic == others[name][1])
+        assert [each.time_from_start.nanosec for each in way.points] == [250_000_000, 500_000_000]
     capsys.readouterr()
     assert main(["replay", str(path), "--bag", str(bag)]) == 0
     assert replayed(capsys.readouterr().out) == states(messages)

@@ -15,7 +15,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.ros2.binding import Ros2, Ros2Topic
 from specc_runtime.ros2.messages import Message, message_of, quaternion_xyzw, value_of
 
-from specc.analysis.ros2 import MESSAGES
+from specc.analysis.ros2_messages import CALL_MESSAGES, JOINTS, MESSAGES
 
 numbers = st.floats(-1e3, 1e3)
 three = st.tuples(numbers, numbers, numbers)
@@ -151,8 +151,9 @@ def test_a_function_sees_attributes_and_gives_fields() -> None:
 def test_the_runtime_knows_every_shape_of_the_compiler() -> None:
     from specc_runtime.ros2.messages import _SHAPES
 
-    shapes = {part.shape for parts in MESSAGES.values() for part in parts}
-    assert shapes == {*_SHAPES, "joints"}
+    tables = (*MESSAGES.values(), *CALL_MESSAGES.values())
+    shapes = {part.shape for parts in tables for part in parts} | {"records"}
+    assert shapes == {*_SHAPES, *JOINTS}
 
 
 def test_the_node_is_told_in_plain_data() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -46,11 +47,16 @@ def message_of(topic: Ros2Topic, value: Any) -> dict[str, Any]:
     A value that a function of `through` made is a mapping of fields already.
     """
     if topic.shape == "message":
-        fields: dict[str, Any] = _plain(value)
-        return fields
+        made: dict[str, Any] = _plain(value)
+        return made
     if topic.shape == "joints":
         numbers = [float(value)] if topic.is_number else value.tolist()
-        body: dict[str, Any] = {"name": list(topic.joints), topic.path: numbers}
+        where, _, field = topic.path.rpartition(".")
+        body: dict[str, Any] = _below(where, {"name": list(topic.joints), field: numbers})
+    elif topic.shape == "trajectory":
+        points = [value] if _names(value) else value
+        of_joints = {"joint_names": list(topic.joints), "points": [_sent(each) for each in points]}
+        body = _below(topic.path, of_joints)
     else:
         _, write = _SHAPES[topic.shape]
         body = _below(topic.path, write(value))
@@ -103,7 +109,8 @@ def _at(message: Data, path: str) -> Any:
     found: Any = message
     for name in filter(None, path.split(".")):
         if not isinstance(found, Mapping) or name not in found:
-            raise PlantError(f"a message has no field `{path}`")
+            known = f": it has {', '.join(found)}" if isinstance(found, Mapping) else ""
+            raise PlantError(f"a message has no field `{path}`{known}")
         found = found[name]
     return found
 
@@ -124,12 +131,14 @@ def _merged(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
 
 def _by_joint(topic: Ros2Topic, message: Data) -> Any:
     """Numbers of the joints that the topic names, whatever their order in the message."""
-    names, numbers = message["name"], message[topic.path]
+    where, _, field = topic.path.rpartition(".")
+    numbers = _at(message, topic.path)
+    names = message["joint_names"] if "joint_names" in message else _at(message, where)["name"]
     at = dict(zip(names, numbers, strict=False))
     if missing := [joint for joint in topic.joints if joint not in at]:
         if len(numbers) < len(names):
             raise PlantError(
-                f"{topic.topic} has {len(numbers)} numbers in `{topic.path}` for {len(names)} "
+                f"{topic.topic} has {len(numbers)} numbers in `{field}` for {len(names)} "
                 "joints: its publisher does not fill that field for all of them"
             )
         raise PlantError(
@@ -255,7 +264,34 @@ def _written_rgb(value: Array) -> dict[str, Any]:
     return _image(np.ascontiguousarray(value), "rgb8")
 
 
+def _names(value: Any) -> tuple[str, ...]:
+    """The fields of a record; none if it is not one."""
+    if is_dataclass(value):
+        return tuple(field.name for field in fields(value))
+    return getattr(value, "_fields", ())
+
+
+def _sent(value: Any) -> Any:
+    """A record as the fields of a message, which have the same names, and its values in them."""
+    if names := _names(value):
+        return {name: _sent(getattr(value, name)) for name in names}
+    if isinstance(value, np.ndarray):
+        return _SHAPES["pose"][1](value) if value.ndim > 1 else value.tolist()
+    return list(map(_sent, value)) if isinstance(value, (list, tuple)) else value
+
+
+def _only_sent(data: Any) -> Any:
+    raise PlantError("records are only sent")
+
+
 def _itself(value: Any) -> Any:
+    return value
+
+
+def _number_or_word(value: Any) -> Any:
+    """A scalar; a duration is a number of seconds."""
+    if isinstance(value, Mapping) and value.keys() == {"sec", "nanosec"}:
+        return value["sec"] + value["nanosec"] * 1e-9
     return value
 
 
@@ -265,7 +301,9 @@ def _never(value: Any) -> Any:
 
 _SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "arrival": (lambda message: True, lambda value: {}),
-    "scalar": (_itself, _itself),
+    "record": (_only_sent, _sent),
+    "records": (_only_sent, _sent),
+    "scalar": (_number_or_word, _itself),
     "vector": (lambda numbers: np.array(numbers, dtype=np.float64), lambda value: value.tolist()),
     "tuple": (tuple, list),
     "vector3": (lambda data: np.array(_axes(data)), _named),

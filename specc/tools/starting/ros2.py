@@ -11,7 +11,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from specc.analysis.ros2 import JOINT_STATE, MESSAGES, MessagePart, scalar, short_message_type
+from specc.analysis.ros2 import ONLY_SENT
+from specc.analysis.ros2_messages import (
+    JOINT_STATE,
+    MESSAGES,
+    MessagePart,
+    scalar,
+    short_message_type,
+)
 from specc.diagnostics.nearest import common_prefix_length
 from specc.diagnostics.phrases import join_some
 from specc.lang import is_size
@@ -97,7 +104,12 @@ def graph_from(data: Mapping[str, Any]) -> RosGraph:
     return RosGraph(tuple(topics), actions, data["more"])
 
 
-LISTENED = tuple(name.replace("/", "/msg/") for name in MESSAGES)
+_READ = {
+    name: parts
+    for name, parts in MESSAGES.items()
+    if any(part.shape not in ONLY_SENT for part in parts)
+}
+LISTENED = tuple(name.replace("/", "/msg/") for name in _READ)
 """Types of the topics whose messages say something."""
 
 
@@ -124,7 +136,7 @@ def check_topic(topic: Topic) -> None:
         raise UnfitTopic("its nodes do not agree on a type")
     if not is_legal(topic.name, topic.type):
         raise UnfitTopic("its name is none of ROS 2")
-    if topic.type not in MESSAGES:
+    if topic.type not in _READ:
         raise UnfitTopic(
             "of another type: it is bound with a function under `through`, docs/ros2.md"
         )
@@ -440,7 +452,7 @@ class Devices:
             self._leave_out(unfit, name, type_, "An action.")
             return
         device.reports["status"] = "text"
-        remark = "Its goal, feedback and result are bound alike, each by `field` or `through`."
+        remark = "Its goal, feedback and result are bound alike, as docs/ros2.md says."
         bind: dict[str, Data] = {"action": name, "type": type_, "part": "status"}
         device.bind["status"] = Commented(bind, (remark,))
 

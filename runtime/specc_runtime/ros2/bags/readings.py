@@ -96,7 +96,8 @@ class Readings:
         self._news: dict[str, News] = {}
         self._transforms = TransformTree()
         self._stamps: dict[str, float] = {}
-        self._joints = {t.name: self._join_of(t) for t in self._topics.values() if t.joints}
+        of_joints = (t for t in self._topics.values() if t.joints and not t.interface)
+        self._joints = {topic.name: self._join_of(topic) for topic in of_joints}
 
     def _join_of(self, topic: Ros2Topic) -> JointNumbers:
         sensor = self._sensors[topic.name]

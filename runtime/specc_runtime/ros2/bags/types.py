@@ -17,6 +17,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from specc_runtime.faults import error_text
+from specc_runtime.ros2.host.plain import DURATION, duration
 
 TEXT = "std_msgs/msg/String"
 _LONGEST_DEFINITION = 100_000
@@ -123,6 +124,8 @@ class Types:
                 return "" if of[0] == "string" else _zero(of[0])
             return value[0] if isinstance(value, bytes) else value  # a byte
         if kind == Nodetype.NAME:
+            if isinstance(value, float) and of == DURATION:
+                value = duration(value)
             return self._message(of, value or {})
         inside, count = of
         if inside[0] == Nodetype.BASE and inside[1][0] != "string":

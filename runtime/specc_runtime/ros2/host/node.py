@@ -286,27 +286,35 @@ class NodeDevices:
         name, type_ = topic["topic"], topic["type"]
         parts = {t["part"]: t["name"] for t in same}
         reported = {t["part"]: t["name"] for t in same if not t["commanded"]}
+        put = partial(self._put_part, [t for t in same if not t["commanded"]])
         request = next((t for t in same if t["part"] == "request"), topic)
         within_s = request["answer_within_s"]
         with _opening(topic):
             if "service" in interface:
                 where = node.resolve_service_name(name)
                 made = CalledService if interface == "service" else ServedService
-                return made(node, where, type_, reported, self._put, within_s)
+                return made(node, where, type_, reported, put, within_s)
             # Not every distribution remaps the topics of an action with its name.
             where = node.resolve_topic_name(name)
             if interface == "action":
                 is_answered = any(t["is_answered"] for t in same)
-                return Action(node, where, type_, parts, self._put, is_answered=is_answered)
+                return Action(node, where, type_, parts, put, is_answered=is_answered)
             return ServedAction(
                 node,
                 where,
                 type_,
                 reported,
-                self._put,
+                put,
                 when_busy=request["when_busy"],
                 answer_within_s=within_s,
             )
+
+    def _put_part(self, reported: list[dict[str, Any]], name: str, value: Any) -> None:
+        """Put a message, of which several elements may be fields."""
+        part = next(t["part"] for t in reported if t["name"] == name)
+        for topic in reported:
+            if topic["part"] == part:
+                self._put(topic["name"], value)
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:

@@ -73,6 +73,8 @@ def fill(message: Any, data: Any, where: str = "") -> Any:
 def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
     """What a field of that type is set to."""
     if hasattr(present, "get_fields_and_field_types"):
+        if isinstance(value, float) and interface_name(type(present)) == DURATION:
+            value = duration(value)
         return fill(present, value, where)
     element = getattr(declared, "value_type", None)
     if element is None:
@@ -83,6 +85,16 @@ def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
     if isinstance(value, bytes):
         return array("B", value) if isinstance(present, array) else list(value)
     return [_number(getattr(element, "typename", ""), item) for item in value]
+
+
+DURATION = "builtin_interfaces/msg/Duration"
+"""A number for one is that of its seconds."""
+
+
+def duration(seconds: float) -> dict[str, int]:
+    """The fields of a duration."""
+    sec, nanosec = divmod(round(seconds * 1e9), 10**9)
+    return {"sec": sec, "nanosec": nanosec}
 
 
 _REAL = ("float", "double", "long double")

@@ -1,0 +1,1 @@
+"""Stands in for control_msgs, of which no wheels are there."""

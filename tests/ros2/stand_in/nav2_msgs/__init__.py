@@ -1,0 +1,1 @@
+"""Stands in for nav2_msgs, of which no wheels are there."""
