@@ -19,6 +19,7 @@ from specc.analysis.suspicious_expressions import SuspiciousExpressions, no_valu
 from specc.lang.evaluate import Environment, evaluate
 from specc.limits import MAX_VALUES, spend_or_raise
 from specc.mjcf import Model, ModelError
+from specc.model.bindings import PLANT
 from specc.model.expr import (
     Call,
     Compare,
@@ -35,7 +36,7 @@ from specc.model.expr import (
 )
 from specc.model.fsm import Cause
 from specc.model.requirement import Reading, Requirement
-from specc.model.system import PLANT, Constant, Element, Subsystem, System
+from specc.model.system import Constant, Element, Subsystem, System
 from specc.model.types import Bool, Enum
 from specc.model.wires import Wires
 from specc.proof import Numbering, Ticks

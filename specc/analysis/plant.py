@@ -9,7 +9,8 @@ from typing import Literal
 
 from specc.lang import show
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.system import PLANT, Binding, Element, Plant, System, Widget
+from specc.model.bindings import PLANT, Binding, Widget
+from specc.model.system import Element, Plant, System
 from specc.model.types import Pose
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.reachable import grouped

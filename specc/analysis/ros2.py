@@ -22,7 +22,8 @@ from specc.analysis.ros2_messages import (
 from specc.diagnostics import nearest
 from specc.diagnostics.phrases import with_article
 from specc.lang.kinds import kind
-from specc.model.system import DIAGNOSTICS, Binding, CallKind, Element, Published, Subsystem, System
+from specc.model.bindings import DIAGNOSTICS, Binding, CallKind, Published
+from specc.model.system import Element, Subsystem, System
 from specc.model.types import Enum, OptionalOf, Pose, Record, Text, Type, Vector
 from specc.model.units import DIMENSIONLESS
 

@@ -25,9 +25,9 @@ from specc.lang import show
 from specc.lang.builtins import FUNCTIONS
 from specc.mjcf import Model, ModelError
 from specc.mjcf.model import ModelObject, ModelPart
+from specc.model.bindings import PLANT, Binding
 from specc.model.expr import Builtin, Expr, walk
 from specc.model.requirement import expressions_in
-from specc.model.system import PLANT, Binding
 from specc.model.types import Image, Pose
 from specc.model.units import Unit
 from specc.source import Place

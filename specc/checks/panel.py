@@ -10,7 +10,8 @@ from specc.analysis.plant import BoundElement, first_key
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import in_ms, join_words
 from specc.lang import show
-from specc.model.system import Subsystem, Widget
+from specc.model.bindings import Widget
+from specc.model.system import Subsystem
 from specc.model.task import DisturbanceAction, Verb
 from specc.model.types import Real, Type
 from specc.proof import InputName

@@ -16,7 +16,8 @@ from specc.diagnostics.phrases import counted
 from specc.lang import joined_help
 from specc.lang.ranges import Range
 from specc.mjcf import Model, ModelError
-from specc.model.system import PLANT, Binding, System
+from specc.model.bindings import PLANT, Binding
+from specc.model.system import System
 from specc.model.types import Image, Real, Record, Type, Vector, nested_types
 from specc.resolve.context import suggest
 from specc.source import Place

@@ -17,8 +17,9 @@ from specc.diagnostics import Diagnostic, Related, nearest, rename_fix, sole_cor
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
 from specc.mjcf import Model
+from specc.model.bindings import Binding
 from specc.model.expr import Number
-from specc.model.system import Binding, Constant
+from specc.model.system import Constant
 from specc.model.task import OF_ELEMENTS, Disturbance, Draw
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS

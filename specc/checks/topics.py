@@ -17,7 +17,7 @@ from specc.analysis.ros2 import (
 from specc.analysis.ros2_messages import JOINTS, short_message_type
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted, with_article
-from specc.model.system import DIAGNOSTICS, PLANT
+from specc.model.bindings import DIAGNOSTICS, PLANT
 from specc.model.types import Type
 from specc.source import Place
 

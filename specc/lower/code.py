@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from specc.analysis.plant import bindable
 from specc.lower.module import frameless
-from specc.model.system import Binding, Operator, Plant, System
+from specc.model.bindings import Binding
+from specc.model.system import Operator, Plant, System
 from specc.model.task import Task
 from specc.model.types import Opaque, Record, Type
 from specc.source import Place

@@ -30,9 +30,9 @@ from specc.lower.names import (
 )
 from specc.lower.terms import Term
 from specc.model import expr as e
+from specc.model.bindings import PLANT
 from specc.model.fsm import Behaviour, Trace
 from specc.model.system import (
-    PLANT,
     Constant,
     Device,
     Element,

@@ -25,6 +25,7 @@ from specc.lower.names import (
 from specc.lower.nodes import OR, Emitter
 from specc.lower.terms import TermTable, term_table
 from specc.model import expr as e
+from specc.model.bindings import PLANT
 from specc.model.expr import Lag
 from specc.model.fsm import Trace
 from specc.model.requirement import (
@@ -37,7 +38,7 @@ from specc.model.requirement import (
     antecedent,
     expressions_in,
 )
-from specc.model.system import PLANT, Constant, Device, Element, Subsystem, System
+from specc.model.system import Constant, Device, Element, Subsystem, System
 from specc.model.types import Int, Real
 from specc.reachable import grouped, reachable
 from specc.source import Place

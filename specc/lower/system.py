@@ -53,17 +53,8 @@ from specc.lower.names import (
 from specc.lower.nodes import number
 from specc.lower.requirements import REQUIREMENTS, TRIGGERS, ages_plan, requirements_plan
 from specc.lower.subsystem import device_plan, subsystem_plan
-from specc.model.system import (
-    DIAGNOSTICS,
-    PLANT,
-    Binding,
-    Device,
-    Element,
-    Published,
-    Ros2,
-    Subsystem,
-    System,
-)
+from specc.model.bindings import DIAGNOSTICS, PLANT, Binding, Published, Ros2
+from specc.model.system import Device, Element, Subsystem, System
 from specc.model.task import VERBS, DisturbanceAction, Draw, Task, Verb
 from specc.model.types import Enum, OptionalOf, Pose, Real, Record, Type, Vector
 from specc.model.units import DIMENSIONLESS

@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import ExprError, parse_type
 from specc.lang.packages import PACKAGES
+from specc.model.bindings import PLANT
 from specc.model.expr import Call
 from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
-from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
+from specc.model.system import Agent, Constant, Operator, Plant, System
 from specc.model.task import Task
 from specc.model.wires import Wires
 from specc.read import ANYWHERE, AllowedPaths
@@ -24,6 +25,7 @@ from specc.resolve.elements import check_interfaces
 from specc.resolve.expansion import groups_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import Library, Load, Loaded
+from specc.resolve.plant import resolve_plant
 from specc.resolve.readings import World
 from specc.resolve.requirements import FormulaResolver, Lets
 from specc.resolve.reuse import Setting, is_agent
@@ -31,7 +33,6 @@ from specc.resolve.scenarios import resolve_scenarios
 from specc.resolve.simulation import (
     DisturbanceReader,
     disturbance_reader,
-    resolve_plant,
     resolve_task,
     why_untimely,
 )

@@ -8,7 +8,14 @@ from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
 from specc.model.fsm import Trace
-from specc.model.system import Agent, Device, DeviceKind, Port, Subsystem, SubsystemKind
+from specc.model.system import (
+    Agent,
+    Device,
+    DeviceKind,
+    Port,
+    Subsystem,
+    SubsystemKind,
+)
 from specc.resolve.buffers import resolve_memory, resolve_ports
 from specc.resolve.context import Findings, YamlNode, duration_in, trace_of
 from specc.resolve.definitions import Definitions, Groups

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
-from specc.model.system import Published
+from specc.model.bindings import Published
 from specc.read import ANYWHERE, AllowedPaths, Document, read_file, refuse_other_yaml
 from specc.resolve.context import Findings, YamlNode
 from specc.resolve.library import Loaded

@@ -10,8 +10,9 @@ from specc.diagnostics.phrases import join_words
 from specc.lang import ExprError, show
 from specc.lang.kinds import first_value, kind
 from specc.lang.values import Value
+from specc.model.bindings import PanelKind, Widget
 from specc.model.expr import FALSE, Expr, Number, Truth
-from specc.model.system import Element, PanelKind, Widget
+from specc.model.system import Element
 from specc.model.types import Bool, Enum, Int, Real, Type
 from specc.resolve.context import YamlNode
 from specc.resolve.expressions import Expressions, known_value

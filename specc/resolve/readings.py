@@ -13,9 +13,10 @@ from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.parse import nodes_of, span
 from specc.lang.syntax import Root
+from specc.model.bindings import PLANT
 from specc.model.expr import Offsets
 from specc.model.requirement import Reading
-from specc.model.system import PLANT, Agent, Device, Element, Plant, Subsystem
+from specc.model.system import Agent, Device, Element, Plant, Subsystem
 from specc.model.types import Bool, Enum
 from specc.model.wires import Direction, Wires
 from specc.resolve.context import suggest

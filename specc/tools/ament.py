@@ -22,7 +22,8 @@ from specc.lower.names import in_docstring, literal, one_line
 from specc.lower.nodes import number
 from specc.mjcf.model import ModelError
 from specc.mjcf.reader import read_model
-from specc.model.system import DIAGNOSTICS, Ros2, System
+from specc.model.bindings import DIAGNOSTICS, Ros2
+from specc.model.system import System
 from specc.model.types import Real
 from specc.model.units import DIMENSIONLESS
 from specc.output import OutputFiles

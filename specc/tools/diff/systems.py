@@ -12,14 +12,13 @@ from typing import Any, Literal
 from specc.analysis.plant import widget_text
 from specc.diagnostics.phrases import in_ms
 from specc.lang import show
+from specc.model.bindings import PLANT, Binding
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, Condition, Function, State, Trace
 from specc.model.requirement import FormulaLet, Requirement
 from specc.model.scenario import Scenario
 from specc.model.system import (
-    PLANT,
     Agent,
-    Binding,
     Constant,
     Device,
     Element,

@@ -11,7 +11,15 @@ from typing import Any
 from specc.lang.notation import MathSymbol, notation_of, symbol_of
 from specc.model.expr import Truth, source_name
 from specc.model.fsm import Behaviour, Condition, mode_of
-from specc.model.system import Constant, Device, Element, Operator, Port, Subsystem, System
+from specc.model.system import (
+    Constant,
+    Device,
+    Element,
+    Operator,
+    Port,
+    Subsystem,
+    System,
+)
 from specc.model.types import Frame, Type
 from specc.model.wires import Wires
 from specc.reachable import grouped

@@ -6,7 +6,15 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
 from specc.diagnostics.phrases import common_stem
-from specc.model.system import Agent, Device, Element, Memory, Port, Subsystem, System
+from specc.model.system import (
+    Agent,
+    Device,
+    Element,
+    Memory,
+    Port,
+    Subsystem,
+    System,
+)
 from specc.model.types import Pose, Record, Type
 from specc.model.wires import Wire, Wires
 from specc.reachable import grouped, reachable

@@ -12,8 +12,9 @@ from specc.lang.errors import CLOCK_NAMES
 from specc.lang.syntax import USAGE
 from specc.lang.types import SAME, SYNTAX
 from specc.lang.typing import expression
+from specc.model.bindings import PLANT
 from specc.model.fsm import Parameter
-from specc.model.system import PLANT, System
+from specc.model.system import System
 from specc.model.types import Enum, Record, Type
 from specc.model.units import UNITS
 from specc.resolve.definitions import may_be_size

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 
 from specc.lang import ExprError
 from specc.lang.parse import parse_syntax, span
+from specc.model.bindings import Widget
 from specc.model.expr import Expr, walk
-from specc.model.system import System, Widget
+from specc.model.system import System
 from specc.model.task import OF_ELEMENTS
 from specc.model.types import Bool, Type
 from specc.model.wires import Wire, Wires

@@ -9,10 +9,11 @@ from typing import Any
 
 from specc.diagnostics.visible import visible
 from specc.lang.show import show
+from specc.model.bindings import PLANT
 from specc.model.expr import Expr, Live, Number, constant_names
 from specc.model.fsm import State
 from specc.model.requirement import Requirement, expressions_in
-from specc.model.system import PLANT, Constant, Subsystem, System
+from specc.model.system import Constant, Subsystem, System
 from specc.model.types import OptionalOf, Pose, complete_type
 from specc.model.units import DIMENSIONLESS
 from specc.model.wires import Wires

@@ -28,7 +28,7 @@ from specc.diagnostics import blocks
 from specc.diagnostics.report import brief, resolve
 from specc.diagnostics.visible import visible
 from specc.lang.values import Floats
-from specc.model.system import PLANT
+from specc.model.bindings import PLANT
 from specc.refusal import Refused
 from specc.source import SET, Sources
 from specc.tools.page.description import AssetShelf, Description

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 from specc.lang.values import Floats
-from specc.model.system import PLANT
+from specc.model.bindings import PLANT
 from specc.tools.page.description import Description
 from specc.tools.page.messages import Message
 from specc.tools.plot import ListedSignal

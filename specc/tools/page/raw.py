@@ -9,7 +9,7 @@ from itertools import islice
 from typing import Any
 
 from specc.diagnostics.phrases import truncate
-from specc.model.system import PLANT
+from specc.model.bindings import PLANT
 from specc.refusal import Refused
 from specc.tools.page.messages import Message
 from specc.tools.page.moments import decimated, part_of

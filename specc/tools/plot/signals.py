@@ -18,7 +18,8 @@ from specc.diagnostics import nearest
 from specc.diagnostics.phrases import join_some
 from specc.lang.kinds import kind
 from specc.lang.values import Floats, position
-from specc.model.system import PLANT, Subsystem, System
+from specc.model.bindings import PLANT
+from specc.model.system import Subsystem, System
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,
