@@ -316,4 +316,5 @@ _SHAPES: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "camera": (lambda k: np.array([k[0], k[4], k[2], k[5]], dtype=np.float64), _never),
 }
 """How each shape is read and written; `camera` are fx, fy, cx, cy of the matrix K, in pixels;
-`arrival` is a message without fields."""
+`arrival` is a message without fields, and a `record` has the fields of one by their names. Those
+that name joints, `joints` and `trajectory`, are above."""
