@@ -25,7 +25,8 @@ def test_each_goal_of_an_impatient_client_ends_once(
     random = Random(goals)
     outcomes = random.choices(("succeed", "abort", "reject", "wait"), (3, 1, 1, 1), k=4 * goals)
     arm("server", "/grasp", *outcomes, program="nodes.py")
-    path, record = spec(name="skill"), tmp_path / "run.mcap"
+    strict = ("field: order, init", 'through: "grasping:wanted", init')
+    path, record = spec(strict, name="skill"), tmp_path / "run.mcap"
     command = [sys.executable, "-m", "specc", "run", str(path), "--duration", "400"]
     with subprocess.Popen([*command, "--record", str(record)], stdout=subprocess.DEVNULL) as run:
         client = arm("client", "/pick", str(goals), "seed", program="nodes.py")

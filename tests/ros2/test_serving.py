@@ -70,6 +70,8 @@ class Server:
         self.waiting: list[Any] = []
         self.handles: list[Handle] = []
         self.answers: dict[int, str] = {}
+        self.refuses: set[int] = set()
+        """Goals that rclpy does not take though they are accepted."""
 
     def begin(self, coroutine: Any) -> None:
         self.waiting.append(coroutine)
@@ -86,7 +88,7 @@ class Server:
         answer = await self.callbacks.goal_callback(request)
         assert number not in self.answers
         self.answers[number] = answer
-        if answer == ACCEPT:
+        if answer == ACCEPT and number not in self.refuses:
             handle = Handle(self, request)
             self.handles.append(handle)
             self.callbacks.handle_accepted_callback(handle)
@@ -230,6 +232,49 @@ def test_an_answer_that_is_late_is_for_no_other_goal(monkeypatch: pytest.MonkeyP
     assert rig.offers == [1, 2] and not rig.is_cancelled
 
 
+def test_a_goal_is_not_cancelled_with_the_one_that_it_pre_empts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = Rig(monkeypatch, "preempt")
+    rig.ask(1)
+    rig.say("accepted", "executing")
+    rig.ask(2)
+    rig.servers[0].cancel(rig.servers[0].handles[0])
+    assert rig.is_cancelled
+    rig.say("accepted")
+    assert not rig.is_cancelled
+    rig.say("executing", "succeeded")
+    assert [*map(rig.end_of, (1, 2))] == [["canceled"], ["succeeded"]]
+
+
+def test_a_goal_that_is_accepted_too_late_ends_the_one_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = Rig(monkeypatch, "preempt")
+    rig.ask(1)
+    rig.say("accepted", "executing")
+    rig.ask(2)
+    rig.now_s = 1.1
+    rig.spin()
+    rig.say("accepted", "executing")
+    assert rig.is_cancelled and [*map(rig.end_of, (1, 2))] == [["aborted"], [REJECT]]
+
+
+def test_a_goal_that_rclpy_does_not_take_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, "reject")
+    rig.servers[0].refuses.add(1)
+    rig.ask(1)
+    rig.say("accepted")
+    assert rig.action.waiting == 0
+    rig.now_s = 1.1
+    rig.spin()
+    assert rig.is_cancelled and rig.action.is_settled
+    rig.say("canceled", "none")
+    rig.ask(2)
+    rig.say("executing", "succeeded")
+    assert rig.end_of(2) == ["succeeded"]
+
+
 @pytest.mark.parametrize("seeds", blocks(range(20), long=200, each=200))
 @pytest.mark.parametrize("when_busy", ["reject", "queue", "preempt"])
 def test_each_goal_is_answered_and_ends_once(
@@ -258,6 +303,9 @@ def _try(rig: Rig, random: Random, when_busy: str) -> None:
             case _:
                 rig.say(random.choice(STATUSES))
         assert sum(not handle.ends for handle in server.handles) <= 1
+        is_late = rig.action._active is None
+        is_canceling = any(h.is_cancel_requested and not h.ends for h in server.handles)
+        assert not rig.is_cancelled or is_canceling or is_late
         if when_busy != "preempt":
             waits = [n for n in rig.offers if n not in server.answers]
             assert not waits or all(handle.ends for handle in server.handles)

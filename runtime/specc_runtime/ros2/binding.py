@@ -81,7 +81,10 @@ class Ros2Topic:
     @property
     def config(self) -> dict[str, Any]:
         """What the node is told of it."""
-        keys = ("name", "topic", "type", "commanded", "path", "joints", "between", *_OF_CALLS)
+        keys = (
+            *("name", "topic", "type", "commanded", "shape", "path", "joints", "between"),
+            *_OF_CALLS,
+        )
         every = asdict(self)
         field = self.path if self.shape == "joints" else ""
         return {key: every[key] for key in keys} | {"qos": dict(self.qos), "field": field}

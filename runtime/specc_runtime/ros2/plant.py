@@ -15,7 +15,7 @@ from specc_runtime.hosting.client import HostedPlant, Setup
 from specc_runtime.hosting.memory import Raw
 from specc_runtime.hosting.wire import plain
 from specc_runtime.live import Change
-from specc_runtime.plant import LOST
+from specc_runtime.plant import LOST, NO_SAMPLE
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.printing import say
 from specc_runtime.ros2.binding import CHANGES, CLOCK, DIAGNOSTICS, Ros2, Ros2Topic
@@ -34,6 +34,8 @@ START_S = 10.0
 """How long the Python of ROS may take to start, and rclpy to be imported."""
 
 Convert = Callable[[Any], Any]
+_MOST_REFUSALS = 10
+"""Refused requests that are told of."""
 _SERVED_STATUS = "action_server", "status"
 
 
@@ -65,7 +67,11 @@ class Ros2Plant(HostedPlant):
         own = _behind_node(system)
         super().__init__(own, setup, decode=decode, encode=encode, optional=frozenset(optional))
         self._goals = goals_of(topics)
-        self._eager |= self._goals.keys()
+        served = {t.name for t in topics if t.interface.endswith("_server") and t.part == "request"}
+        self._requests = {s.name: s.contract for s in system.plant.sensors if s.name in served}
+        """What requests of others have to be."""
+        self._refusals = 0
+        self._eager |= self._goals.keys() | served
         self._statuses: dict[str, Any] = {}
         """What the agent says of served goals in this tick: behind their results, in any order."""
         self._status_parts = {t.name for t in topics if (t.interface, t.part) == _SERVED_STATUS}
@@ -163,8 +169,30 @@ class Ros2Plant(HostedPlant):
 
     def sample(self, name: str) -> Any:
         """See `HostedPlant`; of an action, what belongs to its present goal."""
+        if name in self._requests:
+            return self._request(name)
         goals = self._goals.get(name)
         return super().sample(name) if goals is None else goals.sample(name, super().sample)
+
+    def _request(self, name: str) -> Any:
+        """The sample of a request. One whose values are none for the element is refused, and ends
+        no run: it is a stranger's.
+        """
+        if self._failure(name):
+            return super().sample(name)  # raises it
+        try:
+            sample = super().sample(name)
+            if sample is not NO_SAMPLE:
+                self._requests[name](sample.value)
+        except Exception as error:  # noqa: BLE001  # of a function, or of a contract
+            reading = self._readings[name]
+            reading.number = self._host.memory.number(reading.index)
+            self._host.channel.send("send", name.rpartition(".")[0], name, None, 0)
+            self._refusals += 1
+            if self._refusals <= _MOST_REFUSALS:
+                say(f"warning: {name}: a request is refused: {error}")
+            return NO_SAMPLE
+        return sample
 
     def _heard(self, name: str, raw: Raw) -> None:
         if self.listener is not None:

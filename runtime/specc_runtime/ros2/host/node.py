@@ -23,7 +23,7 @@ from specc_runtime.ros2.host.actions import Action
 from specc_runtime.ros2.host.definitions import definition
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.parameters import Parameters
-from specc_runtime.ros2.host.plain import fill, interface, interface_name, plain
+from specc_runtime.ros2.host.plain import check_field, fill, interface, interface_name, plain
 from specc_runtime.ros2.host.qos import is_latched, mismatch, profile
 from specc_runtime.ros2.host.services import CalledService, ServedService
 from specc_runtime.ros2.host.serving import ServedAction
@@ -108,7 +108,7 @@ class NodeDevices:
         for topic in config["topics"]:
             if topic["between"]:
                 continue
-            _check_field(topic)
+            check_field(topic)
             if topic["interface"]:
                 self._connect(node, topic, config["topics"])
             elif topic["commanded"]:
@@ -271,6 +271,8 @@ class NodeDevices:
             if interface in ("action", "service"):
                 self._waiting[f"{interface} {name}"] = topic
         call = self._calls[key]
+        if isinstance(call, ServedAction | ServedService) and part == "request":
+            self._commands[topic["name"]] = call.refuse
         if not topic["commanded"]:
             return
         if isinstance(call, Action):
@@ -478,25 +480,6 @@ class NodeDevices:
             return call.is_there
         publisher = self._publishers.get(name)
         return publisher is not None and publisher.get_subscription_count() > 0
-
-
-_MESSAGES = {"goal": "Goal", "feedback": "Feedback", "result": "Result", "response": "Response"}
-
-
-def _check_field(topic: dict[str, Any]) -> None:
-    """Raises DeviceError if the messages of an element have no field of the name that it says."""
-    kind, _, _ = topic["interface"].partition("_")
-    cls = interface(topic["type"], {"action": "action", "service": "srv"}.get(kind, "msg"))
-    if kind:
-        request = "Goal" if kind == "action" else "Request"
-        cls = getattr(cls, _MESSAGES.get(topic["part"], request))
-    message = cls()
-    for name in filter(None, topic["path"].split(".")):
-        known: dict[str, str] = getattr(message, "get_fields_and_field_types", dict)()
-        if name not in known:
-            what = f"{topic['topic']} ({topic['name']}): {topic['type']} has no field"
-            raise DeviceError(f"{what} `{topic['path']}`: it has {', '.join(known) or 'no fields'}")
-        message = getattr(message, name)
 
 
 def _full_name(end: Any) -> str:

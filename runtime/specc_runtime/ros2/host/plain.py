@@ -33,6 +33,38 @@ def interface_name(cls: Any) -> str:
     return f"{package}/{kind}/{cls.__name__}"
 
 
+_MESSAGES = {"goal": "Goal", "feedback": "Feedback", "result": "Result", "response": "Response"}
+"""The classes of parts of actions and services; a `request` is a goal or a request."""
+
+
+def check_field(topic: dict[str, Any]) -> None:
+    """Raises DeviceError if the messages of an element have no field of the name that it says, or
+    one of another kind.
+    """
+    kind, _, _ = topic["interface"].partition("_")
+    cls = interface(topic["type"], {"action": "action", "service": "srv"}.get(kind, "msg"))
+    if kind:
+        request = "Goal" if kind == "action" else "Request"
+        cls = getattr(cls, _MESSAGES.get(topic["part"], request))
+    at, declared = cls(), topic["type"]
+    what = f"{topic['topic']} ({topic['name']}): "
+    for name in filter(None, topic["path"].split(".")):
+        known: dict[str, str] = getattr(at, "get_fields_and_field_types", dict)()
+        if name not in known:
+            has = f"it has {', '.join(known)}" if known else "it has none"
+            raise DeviceError(f"{what}{declared} has no field `{name}`: {has}")
+        at, declared = getattr(at, name), known[name]
+    is_array = not isinstance(at, str) and hasattr(at, "__len__")
+    if topic["path"] and is_array != (topic["shape"] in _ARRAYS) and topic["shape"] in _PLAIN:
+        wanted = "an array" if topic["shape"] in _ARRAYS else "one value"
+        raise DeviceError(f"{what}`{topic['path']}` is {declared}, and the element is {wanted}")
+
+
+_ARRAYS = ("vector", "tuple", "camera", "joints")
+_PLAIN = ("scalar", *_ARRAYS)
+"""Shapes of values that are no messages."""
+
+
 def plain(value: Any) -> Any:
     """Plain data of a message or a value in one: fields by name; bytes for arrays of uint8."""
     if isinstance(value, (float, int, str, bytes)):

@@ -15,6 +15,8 @@ from specc_runtime.ros2.host import LAST
 from specc_runtime.ros2.host.plain import fill, interface, plain
 
 Put = Callable[[str, Any], None]
+_REFUSED = object()
+"""Stands among responses for a request that is none for the agent."""
 _MOST_CALLS = 16
 """Calls that wait for the agent; more are answered at once, with nothing set."""
 
@@ -140,6 +142,7 @@ class ServedService:
         self._calls: deque[tuple[Any, Future, float]] = deque()
         """Requests, their responses, and when they are late; the first one may have been asked."""
         self._is_offered = self._has_ended = False
+        self._waiting = 0
         self._next_offer_s = 0.0
         """When the next call may be asked after one that the agent has not answered in time."""
         self._changed = node.create_guard_condition(self._follow)
@@ -154,19 +157,24 @@ class ServedService:
         self._responses.append(None if fields is None else fill(self.type.Response(), fields))
         self._changed.trigger()
 
+    def refuse(self, _: Any) -> None:
+        """Answer the call that the agent was asked, whose values are none for it."""
+        self._responses.append(_REFUSED)
+        self._changed.trigger()
+
     def end(self) -> None:
         """The run is over: answer what is open."""
         self._has_ended = True
 
     @property
     def waiting(self) -> int:
-        """Callbacks that wait for the agent."""
-        return len(self._calls)
+        """Callbacks that wait for the agent, or to send what it has answered."""
+        return self._waiting
 
     @property
     def is_settled(self) -> bool:
         """Whether all calls are answered."""
-        return not self._calls
+        return not self._waiting
 
     def look(self) -> None:
         """Answer calls that the agent has not answered in time."""
@@ -184,11 +192,19 @@ class ServedService:
         answer = Future()
         self._calls.append((request, answer, time.monotonic() + self._answer_within_s))
         self._offer_next()
-        return await answer
+        self._waiting += 1
+        try:
+            return await answer
+        finally:
+            self._waiting -= 1
 
     def _follow(self) -> None:
         while self._responses:
             response = self._responses.popleft()
+            if response is _REFUSED:
+                if self._is_offered:
+                    self._answer(self.type.Response())
+                continue
             is_new, self._response = self._response is None, response
             self._next_offer_s = 0.0
             if response is not None and is_new and self._is_offered:

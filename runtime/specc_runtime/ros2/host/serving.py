@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -12,11 +13,15 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 
+from specc_runtime.hosting.devices import DeviceError
 from specc_runtime.ros2.host.plain import fill, interface, plain
 
 NONE, ACCEPTED, EXECUTING, REJECTED = "none", "accepted", "executing", "rejected"
 SUCCEEDED, CANCELED, ABORTED = "succeeded", "canceled", "aborted"
 _ENDS = (SUCCEEDED, CANCELED, ABORTED)
+_WORDS = (NONE, ACCEPTED, REJECTED, EXECUTING, *_ENDS)
+_BEGUN_S = 1.0
+"""How long rclpy may take to tell that a goal is accepted."""
 Put = Callable[[str, Any], None]
 
 
@@ -31,6 +36,8 @@ class ServedGoal:
         """Of rclpy, once it is accepted and the client knows."""
         self.answer = Future()
         """A `GoalResponse`."""
+        self.begun_by_s = math.inf
+        """When rclpy has told of it that it is accepted."""
         self.outcome = Future()
         """How it ends, and the result."""
 
@@ -42,6 +49,11 @@ class ServedGoal:
         """Have it end, once; `canceled` is what a goal is only whose client has cancelled it."""
         if not self.outcome.done():
             self.outcome.set_result((status, result))
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether a callback of rclpy waits for its answer or its end."""
+        return not self.answer.done() or self.handle is not None
 
     @property
     def is_canceling(self) -> bool:
@@ -113,10 +125,17 @@ class ServedAction:
 
         Raises DeviceError for fields that are not those of the message.
         """
+        if part == "status" and value not in _WORDS:
+            raise DeviceError(f"`{value}` is no status: {', '.join(_WORDS)} are")
         if part in ("feedback", "result") and value is not None:
             cls = self.type.Feedback if part == "feedback" else self.type.Result
             value = fill(cls(), value)
         self._commands.append((part, value))
+        self._changed.trigger()
+
+    def refuse(self, _: Any) -> None:
+        """Reject the goal that the agent was asked, whose values are none for it."""
+        self._commands.append(("request", None))
         self._changed.trigger()
 
     def end(self) -> None:
@@ -127,7 +146,7 @@ class ServedAction:
     @property
     def waiting(self) -> int:
         """Callbacks that wait for the agent."""
-        return len(self._open)
+        return sum(goal.is_waiting for goal in self._open)
 
     @property
     def is_settled(self) -> bool:
@@ -145,7 +164,16 @@ class ServedAction:
         if self._next is not None and now_s > self._next.due_s:
             self._next.reject()
             self._next = None
+        for goal in [goal for goal in self._open if now_s > goal.begun_by_s and not goal.handle]:
+            self._forget(goal)
         self._offer_next()
+
+    def _forget(self, goal: ServedGoal) -> None:
+        """A goal that rclpy does not take, since there is one of its id, has no client."""
+        self._open.remove(goal)
+        if self._active is goal:
+            self._active = None
+            self._tell_cancelled(True)
 
     # What clients do.
 
@@ -197,6 +225,10 @@ class ServedAction:
             part, value = self._commands.popleft()
             if not part:
                 self._finish()
+            elif part == "request":
+                if self._offer is not None:
+                    self._offer.reject()
+                    self._offer = None
             elif part == "result":
                 self._result = value
             elif part == "feedback":
@@ -222,13 +254,22 @@ class ServedAction:
         elif offer is not None and (
             status == ACCEPTED or (self._active is None and status != NONE)
         ):
-            self._finish_active(ABORTED)  # of a goal that this one pre-empts
+            self._finish_pre_empted()
             self._active, self._offer, self._feedback = offer, None, None
+            self._tell_cancelled(False)
+            offer.begun_by_s = time.monotonic() + _BEGUN_S
             offer.answer.set_result(GoalResponse.ACCEPT)
-        elif self._active is None and status in (ACCEPTED, EXECUTING):
-            self._tell_cancelled(True)  # the goal was rejected, since the answer is late
+        elif status == ACCEPTED or (self._active is None and status == EXECUTING):
+            # The answer is late: the goal that the agent pursues now was rejected.
+            self._finish_pre_empted()
+            self._tell_cancelled(True)
         if status in (*_ENDS, NONE):
             self._finish_active(ABORTED if status == NONE else status)
+
+    def _finish_pre_empted(self) -> None:
+        if self._active is not None:
+            self._result = None  # it may be that of the goal that the agent has accepted now
+            self._finish_active(CANCELED if self._active.is_canceling else ABORTED)
 
     def _finish_active(self, status: str) -> None:
         if self._active is not None:
