@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -123,7 +123,7 @@ def with_device_buffers(
         _report_device(used, definition, where, f"real {word}", findings)
         return definition, where
     device, at = devices[used[0]], agent[f"real_{word}s"][used[0]]
-    reported, letter = set(_names(device.y, interfaces)), word[0].upper()
+    reported, letter = set(_elements(device.y, interfaces)), word[0].upper()
     sides = {side: _buffers(definition, where, side) for side in ("x", "y")}
     own = {side: set(buffers) for side, buffers in sides.items()}
     for buffer, here, source, target in (
@@ -220,14 +220,20 @@ def with_machine(
     for peer, buffer in definition.y.items() if through.rule else ():
         sources = [other for other in definition.x if (other == "c") != (peer == "c")]
         if len(sources) == 1:
-            names = others.get(peer) or _names(buffer, interfaces)
+            names = others.get(peer) or _elements(buffer, interfaces)
             passed |= {f"y.{peer}.{name}": f"x.{sources[0]}.{name}" for name in names}
+    events = _events(definition, interfaces, passed.values())
+    if len(events) > _MOST_EVENTS:
+        message = f"`{NAME}: identity` passes on {len(events)} events, and {_MOST_EVENTS} at most"
+        help_text = "write the machine in full, or divide the device"
+        findings.report("E0104", message, here.place, help=help_text)
+        events = {}
     new, _ = desugar(
         {
             key: Desugared(parts, dict.fromkeys(parts, here.route))
             if isinstance(parts, dict)
             else parts
-            for key, parts in _machine(passed, _events(definition, passed.values())).items()
+            for key, parts in _machine(passed, events).items()
         },
         where.file,
         SubsystemDef,
@@ -241,15 +247,20 @@ def with_machine(
     return definition, where.with_content(rest | new)
 
 
-def _events(definition: SubsystemDef, passed: Collection[str]) -> dict[str, str]:
+_MOST_EVENTS = 3
+"""There is a state for each set of events, and a row from each to each."""
+
+
+def _events(
+    definition: SubsystemDef, interfaces: Mapping[str, Interface], passed: Collection[str]
+) -> dict[str, str]:
     """The inputs among those `passed` on that must not be missed, and what they are called."""
-    found = [
-        f"x.{peer}.{name}"
-        for peer, buffer in definition.x.items()
-        for name, element in buffer.elements.items()
-        if element.event and f"x.{peer}.{name}" in passed
-    ]
-    return {source: source.replace("x.", "").replace(".", "_") for source in found}
+    found = {}
+    for peer, buffer in definition.x.items():
+        for name, element in _elements(buffer, interfaces).items():
+            if getattr(element, "event", False) and f"x.{peer}.{name}" in passed:
+                found[f"x.{peer}.{name}"] = f"{peer}_{name}"
+    return found
 
 
 def _machine(passed: Mapping[str, str], events: Mapping[str, str]) -> dict[str, Any]:
@@ -265,12 +276,12 @@ def _machine(passed: Mapping[str, str], events: Mapping[str, str]) -> dict[str, 
     sets = [
         chosen for size in range(len(events) + 1) for chosen in combinations(events.values(), size)
     ]
-    states = ["_".join((NAME, *chosen)) for chosen in sets]
+    states = ["_".join((NAME, "_and_".join(chosen))).rstrip("_") for chosen in sets]
     if not events:
         behaviour = {"functions": [NAME], "terminal": "never"}
         return {"functions": functions, "behaviours": {NAME: behaviour}, "states": {NAME: NAME}}
     come = {
-        "_and_".join((*chosen, "come")): " and ".join(
+        "_and_".join(chosen) + "_come": " and ".join(
             f"fresh({event})" if name in chosen else f"not fresh({event})"
             for event, name in events.items()
         )
@@ -292,9 +303,8 @@ def _machine(passed: Mapping[str, str], events: Mapping[str, str]) -> dict[str, 
     }
 
 
-def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[str]:
+def _elements(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> dict[str, ElementDef]:
     """The elements of a buffer, and of the interface that it names."""
     head = _HEAD.match(buffer.interface or "")
-    if head and head[0] in interfaces:
-        yield from interfaces[head[0]].definition.elements
-    yield from buffer.elements
+    named = interfaces[head[0]].definition.elements if head and head[0] in interfaces else {}
+    return {**named, **buffer.elements}

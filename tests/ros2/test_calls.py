@@ -50,6 +50,15 @@ def test_a_service_is_served_by_the_help_of_another_one(
     assert end(switch).splitlines() == ["succeed True", "fail True", "slow True"]
 
 
+def test_a_call_that_waits_is_answered_when_the_run_ends(arm: Start, spec: Spec) -> None:
+    arm("switch", "/lamp", "succeed", program="nodes.py")
+    presser = arm("presser", "/lamp/press", "1", program="nodes.py")
+    long = ("elapsed > 0.1[s] and x.lamp.call in", "elapsed > 60[s] and x.lamp.call in")
+    path = spec(long, ("answer_within: 3 s", "answer_within: 60 s"), name="lamp")
+    assert main(["run", str(path), "--duration", "4"]) == 0
+    assert lines(presser, "done") == ["False", "done"]
+
+
 NO_STATUS = (
     ("    a.E.lamp.call: {service: /lamp, type: std_srvs/SetBool, part: status}\n", ""),
     ("call: Call, is_done", "is_done"),
