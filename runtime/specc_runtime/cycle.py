@@ -6,6 +6,7 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any, cast
@@ -183,10 +184,12 @@ class Executor:
 
     @property
     def ages(self) -> dict[str, float]:
-        """How long ago the last sample of each sensor was measured, in s."""
+        """How long ago the last sample of each sensor was measured, in s; inf of a lost device."""
         now_s, sensors = self._now_s(), self._sensors.items()
         return {
-            name: max(0.0, now_s - sensor.measured_s) for name, sensor in sensors if sensor.count
+            name: math.inf if sensor.is_lost else max(0.0, now_s - sensor.measured_s)
+            for name, sensor in sensors
+            if sensor.count
         }
 
     def advance(self) -> bool:

@@ -32,7 +32,7 @@ class Sensor:
     """
 
     __slots__ = (
-        *("_binding", "_is_lost", "_now_s", "_sample", "_taken_s", "count", "distortion"),
+        *("_binding", "_now_s", "_sample", "_taken_s", "count", "distortion", "is_lost"),
         *("measured_s", "name", "silent", "value"),
     )
 
@@ -53,7 +53,8 @@ class Sensor:
         self._now_s = now_s
         self._taken_s = 0.0
         self.measured_s = 0.0
-        self._is_lost = False
+        self.is_lost = False
+        """Whether the value is that of `on_loss`, since the device has none."""
 
     @property
     def is_renewed(self) -> bool:
@@ -68,7 +69,7 @@ class Sensor:
         own: dict[str, Any] = {"count": self.count, "taken_s": self._taken_s}
         if self.measured_s != self._taken_s:
             own["measured_s"] = self.measured_s
-        if self._is_lost:
+        if self.is_lost:
             own["is_lost"] = True
         if (self.is_renewed and not whole) or self.value is NO_SAMPLE:
             return own
@@ -81,7 +82,7 @@ class Sensor:
         """
         self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
         self.measured_s = float(saved.get("measured_s", self._taken_s))
-        self._is_lost = bool(saved.get("is_lost"))
+        self.is_lost = bool(saved.get("is_lost"))
         self.value = sample
         if sample is NO_SAMPLE and not self.is_renewed:
             self.count = 0
@@ -101,7 +102,7 @@ class Sensor:
         if value is NO_SAMPLE or value is LOST or (self.silent and self.count):
             self._go_without(time_s, is_told=value is LOST)
             return
-        self._is_lost = False
+        self.is_lost = False
         if type(value) is Deferred:
             reference = value.reference if self.distortion is None else None
             compute = partial(self.computed, value, self.distortion)
@@ -117,15 +118,15 @@ class Sensor:
 
         Raises `DeviceFailed` for a loss that the binding does not answer.
         """
-        why = "" if self._is_lost else self._refusal(time_s, is_told=is_told)
+        why = "" if self.is_lost else self._refusal(time_s, is_told=is_told)
         if why and not (self.count and self._binding.on_loss):
             raise DeviceFailed(self.name, PlantError(why))
         if why:
-            self._is_lost = True
+            self.is_lost = True
             self.value = self._accepted(self._binding.on_loss[0], None)
             self.count += 1
             self._taken_s = time_s
-        if self._is_lost:
+        if self.is_lost:
             self.measured_s = time_s
 
     def _measured_s(self, sample: Sample, time_s: float) -> float:

@@ -282,7 +282,7 @@ class Session:
         return self._executor.skipped
 
     def ages(self) -> Mapping[str, float]:
-        """How long ago the last sample of each sensor was measured, in s."""
+        """How long ago the last sample of each sensor was measured, in s; inf of a lost device."""
         return self._executor.ages
 
     def view(self) -> View:

@@ -18,6 +18,7 @@ from specc.analysis.ros2_messages import JOINTS, short_message_type
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import counted, with_article
 from specc.model.bindings import DIAGNOSTICS, PLANT
+from specc.model.expr import Input
 from specc.model.types import Type
 from specc.source import Place
 
@@ -109,15 +110,28 @@ def _call_complaint(bound: BoundElement) -> tuple[str, str] | None:
         verb = "commanded" if bound.is_commanded else "reported"
         why = f"`{name}` is {verb}, and the {binding.part} of {what} is not"
         return why, f"{verb} parts of {what} are {listed}"
-    is_asked = call.endswith("_server") and binding.part == "request"
     is_message = not (binding.part in ("status", "cancel") or _is_given_back(bound))
     if not is_message and (key := first_key(binding, ("through", "field"))):
         value = "what was commanded" if _is_given_back(bound) else "a word of its own"
         return f"`{name}` is {value}, and no message", f"delete `{key}`"
+    return _time_complaint(bound)
+
+
+def _time_complaint(bound: BoundElement) -> tuple[str, str] | None:
+    """Why a part of an action or a service is bound in a wrong way as to when it comes, and a help
+    text; None if it is right.
+    """
+    name, binding = bound.element.name, bound.binding
+    call, _ = binding.call
+    is_asked = call.endswith("_server") and binding.part == "request"
     if binding.when_busy and not (is_asked and call == "action_server"):
         return "`when_busy` says how goals of an action server come", "delete `when_busy`"
     if binding.answer_within_s and not (binding.part == "request" and not _is_given_back(bound)):
         return "`answer_within` is for requests", "write it at the binding of `request`"
+    if call.endswith("_server") and binding.max_gap_s is not None:
+        return f"`{name}` comes when somebody asks", "delete `max_gap`"
+    if binding.part == "cancel" and binding.initial is not None and binding.initial.value:
+        return f"`{name}` is `False` until a client cancels", "delete `init`"
     if is_asked and binding.initial is None:
         why = f"`{name}` has no value until somebody asks"
         return why, f'make it an "optional[{bound.element.type}]", or add `init:`'
@@ -130,18 +144,17 @@ def _is_given_back(bound: BoundElement) -> bool:
     return bool(call and part == CALLS[call].given_back and not bound.is_commanded)
 
 
-def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505: what others call is asked and answered once, and by the same type."""
-    served: dict[tuple[str, str], list[BoundElement]] = {}
+def calls_whole(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505: parts of a call have one type, and what others call is asked and answered."""
+    calls: dict[tuple[str, str], list[BoundElement]] = {}
     for bound in facts.bindings:
-        call, name = bound.binding.call
-        if bound.plant == "ros2" and call.endswith("_server"):
-            served.setdefault((call, name), []).append(bound)
-    for (kind, name), parts in served.items():
+        if bound.plant == "ros2" and bound.binding.call[0]:
+            calls.setdefault(bound.binding.call, []).append(bound)
+    for (kind, name), parts in calls.items():
         first, seen = parts[0], {bound.binding.part: bound for bound in parts[::-1]}
         answer = "status" if kind == "action_server" else "response"
-        what = kind.replace("_", " ")
-        for lacking in (part for part in ("request", answer) if part not in seen):
+        what, is_served = kind.replace("_", " "), kind.endswith("_server")
+        for lacking in (p for p in ("request", answer) if is_served and p not in seen):
             yield Diagnostic(
                 "E0505",
                 f"the {what} {name} has no `{lacking}`: "
@@ -160,7 +173,7 @@ def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(first.binding.place, "the first one"),),
                     help="give all parts the same `type`",
                 )
-            elif seen[bound.binding.part] is not bound:
+            elif is_served and bound.is_commanded and seen[bound.binding.part] is not bound:
                 yield Diagnostic(
                     "E0505",
                     f"the {bound.binding.part} of {name} is bound twice",
@@ -168,6 +181,34 @@ def servers_whole(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(seen[bound.binding.part].binding.place, "the first one"),),
                     help="delete one of the two",
                 )
+
+
+def requests_passed_once(facts: Facts) -> Iterator[Diagnostic]:
+    """E0505: a request is an event, and what sends it on in each period asks again and again."""
+    requests = {
+        (bound.binding.device, bound.element.name): bound
+        for bound in _topics(facts)
+        if bound.binding.call[0].endswith("_server") and bound.binding.part == "request"
+    }
+    for subsystem in facts.system.subsystems if requests else ():
+        ends = {port.peer: port.other_end for port in subsystem.ports if port.direction == "x"}
+        for state in subsystem.states if len(subsystem.states) == 1 else ():
+            for item in state.behaviour.assignments:
+                value = item.value
+                if not isinstance(value, Input):
+                    continue
+                bound = requests.get((ends.get(value.peer, ""), value.element))
+                if bound is not None:
+                    name = f"x.{value.peer}.{value.element}"
+                    yield Diagnostic(
+                        "E0505",
+                        f"`{name}` is a request, and `{subsystem.qualified_name}` sends it again "
+                        "in each period",
+                        item.place,
+                        related=(_type(bound),),
+                        help=f"say at `{name}` that it is an event: "
+                        f'`{{type: "{bound.element.type}", event: true}}`',
+                    )
 
 
 def calls_given_back(facts: Facts) -> Iterator[Diagnostic]:

@@ -47,6 +47,8 @@ def build(options: Namespace) -> int:
     findings: list[Finding] = []
     built_from: dict[Path, str] = {}
     has_errors = False
+    if options.ament is not None and len(options.specs) > 1:
+        raise Refused("`--ament` makes one package: name one specification")
     for path in options.specs:
         built = pipeline.build(path, tests_all_rows=options.real_time)
         judged = inspect.judge_findings(path, built.result, inspect.overrides_of(options))

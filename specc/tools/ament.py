@@ -118,7 +118,7 @@ def _texts(
         "title": title,
         "title_literal": literal(title),
         "spec": in_docstring(file),
-        "spec_in_comment": one_line(file).replace("--", "- -"),
+        "spec_in_comment": re.sub("-(?=-)", "- ", one_line(file)),
         "module_literal": literal(module),
         "base_literal": literal(base),
         "entry_point": literal(f"{name} = {module}.main:main"),

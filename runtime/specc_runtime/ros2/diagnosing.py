@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from specc_runtime.faults import Fault
@@ -68,7 +69,9 @@ class Diagnosing:
         for name, skipped in run.skipped().items():
             state, late_s = self._states.get(name, ""), self._late_s.pop(name, 0.0)
             new, self._skipped[name] = skipped - self._skipped.get(name, 0), skipped
-            level, message = _judged(state, new, late_s if late_s >= self._tick_s else 0.0)
+            ages = self._ages(name, run.time_s, measured)
+            lost = [element for element, age_s in ages.items() if age_s == math.inf]
+            level, message = _judged(state, lost, new, late_s if late_s >= self._tick_s else 0.0)
             if fault is not None:
                 level, message = ERROR, f"a fault ended the run: {fault}"[:_LONGEST]
             values = {
@@ -76,7 +79,7 @@ class Diagnosing:
                 "time in state (s)": f"{run.time_s - entered[name]:.3f}",
                 "lateness (ms)": f"{1e3 * late_s:.3f}",
                 "skipped periods": str(skipped),
-                **self._ages(name, run.time_s, measured),
+                **{f"age of {element} (ms)": _age_text(age_s) for element, age_s in ages.items()},
             }
             status.append(
                 {
@@ -89,22 +92,30 @@ class Diagnosing:
             )
         self._tell({"header": {}, "status": status})
 
-    def _ages(self, name: str, time_s: float, measured: Mapping[str, float]) -> dict[str, str]:
+    def _ages(
+        self, name: str, time_s: float, measured: Mapping[str, float]
+    ) -> dict[str, float | None]:
         """How old the inputs of a subsystem are, since they were measured or else computed."""
-        found = {}
+        found: dict[str, float | None] = {}
         for element, source in self._inputs.get(name, ()):
             if isinstance(source, str):
-                age_s = measured.get(source)
+                found[element] = measured.get(source)
             else:
                 sent_s = self._computed_s.get(source)
-                age_s = None if sent_s is None else time_s - sent_s
-            text = "no value yet" if age_s is None else f"{1e3 * age_s:.1f}"
-            found[f"age of {element} (ms)"] = text
+                found[element] = None if sent_s is None else time_s - sent_s
         return found
 
 
-def _judged(state: str, skipped: int, late_s: float) -> tuple[bytes, str]:
-    """Level and message, of what was so in the last second."""
+def _age_text(age_s: float | None) -> str:
+    if age_s is None:
+        return "no value yet"
+    return "lost" if age_s == math.inf else f"{1e3 * age_s:.1f}"
+
+
+def _judged(state: str, lost: Sequence[str], skipped: int, late_s: float) -> tuple[bytes, str]:
+    """Level and message, of what is lost and of what was so in the last second."""
+    if lost:
+        return WARN, f"{state}: {', '.join(lost)} lost"
     found = [f"{skipped} periods skipped"] if skipped else []
     found += [f"{1e3 * late_s:.1f} ms late"] if late_s else []
     return (WARN, f"{state}: {', '.join(found)} in the last second") if found else (OK, state)

@@ -36,4 +36,4 @@ class Ros2Run(Protocol):
         """When each subsystem entered its state, in s of the run."""
 
     def ages(self) -> Mapping[str, float]:
-        """How long ago the last sample of each sensor was measured, in s."""
+        """How long ago the last sample of each sensor was measured, in s; inf of a lost device."""

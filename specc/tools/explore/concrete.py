@@ -56,6 +56,7 @@ class SensorValues:
         sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
         self.sporadic = sporadic.keys()
         self._first = {n: b.initial.value for n, b in sporadic.items() if b.initial is not None}
+        self._lost = {n: [b.on_loss.value] for n, b in sporadic.items() if b.on_loss is not None}
         self.silent = {n for n, b in sporadic.items() if b.max_gap_s is None or b.on_loss}
         """Sensors that may stay silent for any time."""
         nodes = list(_nodes(system))
@@ -72,7 +73,12 @@ class SensorValues:
         if sensor not in self._values:
             type_ = self.types[sensor]
             first = self._first.get(sensor, first_value(type_))
-            found = [first, first_value(type_), *other_values(first_value(type_), type_)]
+            found = [
+                first,
+                *self._lost.get(sensor, ()),
+                first_value(type_),
+                *other_values(first_value(type_), type_),
+            ]
             marks = self._marks(type_)
             found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]
