@@ -74,7 +74,7 @@ def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert "belt.c, gate.c: ended at the bound after" in said
     assert said.endswith("not everything was explored in 5 steps: --budget allows for more\n")
-    assert main(["explore", CONVEYOR]) == 0
+    assert main(["explore", str(CASES / "wait-value.yaml")]) == 0
     assert "--budget" not in capsys.readouterr().out
 
 
@@ -162,7 +162,7 @@ def test_a_terminal_shows_how_far_the_search_is(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: is_terminal)
     seconds = itertools.count()
     monkeypatch.setattr("specc.cli.progress.time.monotonic", lambda: float(next(seconds)))
-    assert main(["explore", CONVEYOR]) == 0
+    assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
     said = capsys.readouterr().err
     if is_terminal:
         line = "belt.c, gate.c: 1 state, 1 waiting, 0 s into the runs, pass 1 of 3"

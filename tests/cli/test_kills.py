@@ -192,11 +192,15 @@ def cases(count: int) -> list[tuple[str, signal.Signals]]:
     return [(list(COMMANDS)[i % 6], SIGNS[i // 6 % 3]) for i in range(count)]
 
 
+MARKS = {0: pytest.mark.long, 8: (), 13: ()}
+"""Of the cases that are not for campaigns only."""
+
+
 @pytest.mark.no_replay("cut by the test")
 @pytest.mark.parametrize(
     ("number", "name", "sign"),
     [
-        pytest.param(number, *case, marks=() if number in (0, 8, 13) else seeds.SOAK)
+        pytest.param(number, *case, marks=MARKS.get(number, seeds.SOAK))
         for number, case in enumerate(cases(COUNT))
     ],
 )

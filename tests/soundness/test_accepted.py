@@ -56,7 +56,7 @@ def test_the_flagship_goes_through_most_of_its_states(steps: int, share: float) 
     assert findings.visited > share * findings.states
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=10, each=20))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 4), long=10, each=20))
 def test_random_specifications(seeds: Seeds, tmp_path: Path) -> None:
     findings = Findings()
     for seed in seeds:
@@ -119,7 +119,7 @@ def test_the_steps_find_what_is_refused(rows: dict[str, str], tmp_path: Path) ->
     assert findings.ended["undecided where it is not proved"]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=10, each=20))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 4), long=10, each=20))
 def test_random_specifications_with_constants_that_change(seeds: Seeds, tmp_path: Path) -> None:
     findings = Findings()
     for seed in seeds:

@@ -71,7 +71,7 @@ KINDS = [(name, kind) for name in TABLES for kind in ("real", "int")]
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), short(KINDS, *range(1, len(KINDS), 8), *range(2, len(KINDS), 8))
+    ("name", "kind"), short(KINDS, *range(1, len(KINDS), 16), *range(2, len(KINDS), 16))
 )
 def test_proofs_hold_of_rounded_sums(name: str, kind: str, tmp_path: Path) -> None:
     result = compiled(three(TABLES[name], kind), tmp_path)

@@ -82,7 +82,7 @@ def table(rng: Random) -> Tree:
     return tree
 
 
-@pytest.mark.parametrize("seeds", blocks(range(8), long=20, each=60))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 8), long=20, each=60))
 def test_rows_about_memory_decide(seeds: Seeds, tmp_path: Path) -> None:
     for seed in seeds:
         result = compiled(table(Random(seed)), tmp_path)

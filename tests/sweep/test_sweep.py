@@ -222,7 +222,9 @@ def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None
         (["--limit", "0"], 2, "'0' is not a number of seconds from 0.001 to 10000000"),
         (["--limit", "inf"], 2, "'inf' is not a number of seconds from 0.001 to 10000000"),
         (["--workers", "10000"], 2, "'10000' is not a whole number from 1 to 9999"),
-        (["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there"),
+        pytest.param(
+            ["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there", marks=pytest.mark.long
+        ),
     ],
 )
 def test_wrong_usage(options: list[str], code: int, told: str, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
 
 FLAGSHIP = str(ROOT / "specs/irp_picking.yaml")
 FRESH = "quite_new"
-PARTS_OF_ALL = 24
+PARTS_OF_ALL = 72
 """Tests among which symbols are shared out."""
 
 
