@@ -164,6 +164,7 @@ def samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path
         assert met is None or met <= found.age_s
 
 
+@pytest.mark.long
 def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:
     for seed in range(40):
         path = tmp_path / "chain.yaml"

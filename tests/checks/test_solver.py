@@ -157,6 +157,7 @@ def test_many_facts_are_proved() -> None:
     assert verdict(both, some_missing).proved
 
 
+@pytest.mark.long
 def test_the_flagship_needs_no_solver() -> None:
     program = (
         "import sys; from specc.pipeline import compile_spec;"

@@ -41,6 +41,7 @@ def test_skeletons_have_no_finding(spec: Path, capsys: pytest.CaptureFixture[str
     assert "0 errors, 0 warnings" in said.err
 
 
+@pytest.mark.long
 def test_the_example_of_the_documentation(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.fmt import format_text
-from tests.seeds import short
+from tests.seeds import every, short
 
 GOOD = """specc: 1
 system: alone
@@ -133,7 +133,7 @@ def test_an_interrupt_while_loading_is_one_line(tmp_path: Path) -> None:
     assert interrupted(["explain"], tmp_path, 0) == (130, "", LINE)
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("sign", every(2, [signal.SIGTERM, signal.SIGHUP]))
 @pytest.mark.parametrize("is_ignored", short([False, True], 1))
 def test_other_signals_end_a_command_alike(
     tmp_path: Path, sign: signal.Signals, is_ignored: bool
@@ -214,6 +214,7 @@ def test_what_was_found_side_by_side_is_told(tmp_path: Path) -> None:
     raise AssertionError("never were some files done and some not")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="nothing runs side by side")
 @pytest.mark.parametrize("sign", short([signal.SIGKILL, signal.SIGTERM], 0))
 def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.Signals) -> None:

@@ -217,6 +217,7 @@ def test_a_parameter_of_one_copy_is_its_own(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.long
 def test_a_run_behaves_by_the_value_and_reports_it(spec: Path, tmp_path: Path) -> None:
     before = sorted(path.name for path in tmp_path.iterdir())
     as_written = ran(GATE)

@@ -92,6 +92,7 @@ require:
 """
 
 
+@pytest.mark.long
 def test_a_neighbour_does_not_keep_a_counter_from_being_counted(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(COUNTING, encoding="utf-8")
     found = explore(compile_spec(str(tmp_path / "spec.yaml")).proofs, 100_000)
@@ -126,6 +127,7 @@ require:
 """
 
 
+@pytest.mark.long
 def test_what_is_the_same_for_all_of_a_line_is_counted(tmp_path: Path) -> None:
     """The sign of a counter is zero at exactly one tick, 100 s after the start."""
     (tmp_path / "spec.yaml").write_text(SIGN, encoding="utf-8")

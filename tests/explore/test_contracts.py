@@ -360,6 +360,7 @@ def test_a_contract_that_says_what_is_required_does_not_count(tmp_path: Path) ->
     assert "follows from it whatever the control subsystem does" in found.summary()
 
 
+@pytest.mark.long
 def test_what_is_measured_is_decided_by_what_is_commanded(tmp_path: Path) -> None:
     that = "always(state(rig.c) == b and stays(rig.E.d.u, 0.3[s]) implies rig.E.d.m > 0.7)"
     result, found = judged(moves(that=that), tmp_path)

@@ -370,6 +370,7 @@ def test_the_monitor_of_the_recorded_trace_says_so(
     assert item["verdict"] == "violated"
 
 
+@pytest.mark.long
 def test_what_looks_far_back_takes_nothing_from_what_does_not(tmp_path: Path) -> None:
     agents, _, _ = (SPECS / "conveyor_gate.yaml").read_text(encoding="utf-8").partition("\nplant:")
     opening = "state(gate.c) == opening"
@@ -539,6 +540,7 @@ def _verdicts(requirements: list[str], tmp_path: Path) -> list[str]:
     return [each.verdict for each in explore(result.proofs, 20_000).requirements]
 
 
+@pytest.mark.long
 def test_integers_that_no_float_is_are_not_known_where_reals_are(tmp_path: Path) -> None:
     """The square of `n` is one more than what 64 bits of a float make of it."""
     exact = "9007199515875288"

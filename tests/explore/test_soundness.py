@@ -100,6 +100,7 @@ def test_written_systems(spec: str) -> None:
     assert compared >= 1
 
 
+@pytest.mark.long
 def test_what_is_said_of_random_systems_holds(tmp_path: Path) -> None:
     total = 0
     for seed in range(1000, 1060):

@@ -32,7 +32,9 @@ def traced(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> list[di
     return found
 
 
-@pytest.mark.parametrize("case", short(CASES, *range(0, len(CASES), 6)), ids=lambda case: case.stem)
+@pytest.mark.parametrize(
+    "case", short(CASES, *range(0, len(CASES), 12)), ids=lambda case: case.stem
+)
 def test_traces_are_recordings_that_replay(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -343,6 +343,7 @@ def test_rows_that_follow_one_another_are_counted(run: FakeRun) -> None:
             assert past == ["last transitions:", *texts]
 
 
+@pytest.mark.long
 def test_spans_of_many_machines_are_not_too_many_for_a_browser_that_comes_late() -> None:
     run = LiveRun("specs/architectures/syndicate.yaml", {}, lambda command: None)
     names = list(run._description.subsystems)

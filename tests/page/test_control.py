@@ -62,6 +62,7 @@ def test_a_breakpoint_stops_when_stop_when_would_end_the_run(
     assert stopped["why"].startswith(asked["machine"])
 
 
+@pytest.mark.long
 def test_a_violated_requirement_stops_when_its_negation_would_end_the_run(tmp_path: Path) -> None:
     constants = {"cruise": "1[rad/s]", "patience": "2[s]"}
     code = written(GATE, tmp_path, **constants)

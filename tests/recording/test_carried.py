@@ -338,6 +338,7 @@ def test_devices_of_other_types_are_told(tmp_path: Path) -> None:
     assert "a.m: input E.seldom is as at the beginning" in told and "Traceback" not in told
 
 
+@pytest.mark.long
 def test_a_disturbance_from_the_start_on_that_is_gone_is_told(tmp_path: Path) -> None:
     (tmp_path / "cart.xml").write_text(MODEL)
     spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"

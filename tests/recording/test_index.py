@@ -99,6 +99,7 @@ def test_damaged_cut_and_recovered_files(count: int, tmp_path: Path) -> None:
     _same(tmp_path / "new.mcap", 30)
 
 
+@pytest.mark.long
 def test_a_run_that_goes_on(tmp_path: Path) -> None:
     file = tmp_path / "on.mcap"
     done = specc("run", CONVEYOR, "--duration", 9, "--from", f"{KEPT}@5", "--record", file)

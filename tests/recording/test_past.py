@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, report_of, specc
-from tests.seeds import blocks, short
+from tests.seeds import blocks, every, short
 
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
 WHOLE = ("run", CONVEYOR, "--duration", 10)
@@ -116,6 +116,7 @@ def test_a_continued_run_is_replayed_with_another_specification(
     assert replayed.returncode in (0, 1) and words in replayed.stdout, replayed.stderr
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("replayed here")
 def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
     more = ("--from", f"{recorded}/run.mcap@6.41", "--record", tmp_path / "b.mcap")
@@ -135,6 +136,7 @@ def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) ->
     assert replayed.returncode == 0 and "belt.c: 71 steps are the same" in replayed.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("patience", short(["1[s]", "4[s]"], 1))
 def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_path: Path) -> None:
     for past in (("--seed", 5), ("--from", f"{recorded}/run.mcap@6")):
@@ -144,6 +146,7 @@ def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_
     assert "is known of the past" not in done.stderr
 
 
+@pytest.mark.long
 def test_what_cannot_be_carried_over_is_told(recorded: Path, tmp_path: Path) -> None:
     text = CONVEYOR.read_text()
     spec = tmp_path / "conveyor_gate.yaml"
@@ -322,11 +325,14 @@ UNSAVED = """
 
 @pytest.mark.parametrize(
     "more",
-    [
-        "",
-        f"{UNSAVED}    def saved(self): return {{1}}",
-        f"{UNSAVED}    def saved(self): return 1 / 0",
-    ],
+    every(
+        3,
+        [
+            "",
+            f"{UNSAVED}    def saved(self): return {{1}}",
+            f"{UNSAVED}    def saved(self): return 1 / 0",
+        ],
+    ),
 )
 def test_another_specification_sees_the_last_image_of_a_camera(more: str, tmp_path: Path) -> None:
     sample = "import sys\nfrom specc_runtime.plant import NO_SAMPLE, Deferred\n"

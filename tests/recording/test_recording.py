@@ -290,6 +290,7 @@ def test_foreign_files_are_refused_and_stay(content: bytes, tmp_path: Path) -> N
     assert file.read_bytes() == content
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("not of a run")
 def test_chunks_stay_small(tmp_path: Path) -> None:
     log = Log(tmp_path / "large.mcap", WallClock())

@@ -166,6 +166,7 @@ def test_reasons_that_double_are_told_once(tmp_path: Path) -> None:
         assert len(done.stdout.splitlines()) < 60
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "command", "told"),
     every(
@@ -296,16 +297,19 @@ _STEP = {
 
 @pytest.mark.parametrize(
     "odd",
-    [
-        {"x": {"eye": {"parcel": "\x1b[31m"}}, "y": {"belt": {"go": ["a"]}}},
-        {"x": {"eye": 1}, "y": 7, "memory": 8},
-        {"x": {"eye": {"parcel": [[[]]] * 999}}, "before": "\x1b[2Jno", "state": "n" * 99999},
-        {"row": "x", "transition": "::error::\n" * 999, "state": "\x1b]0;"},
-        {"cause": [1], "row": None, "before": None},
-        {"stamp": 2**70, "time": 1e308},
-        {"fault": {"a": "\x1b[31m"}, "conditions": {"parcel_gone": 3}},
-        {"y": {"belt": {"go": 1e999, "hold": {}}, "barrier": None}},
-    ],
+    every(
+        3,
+        [
+            {"x": {"eye": {"parcel": "\x1b[31m"}}, "y": {"belt": {"go": ["a"]}}},
+            {"x": {"eye": 1}, "y": 7, "memory": 8},
+            {"x": {"eye": {"parcel": [[[]]] * 999}}, "before": "\x1b[2Jno", "state": "n" * 99999},
+            {"row": "x", "transition": "::error::\n" * 999, "state": "\x1b]0;"},
+            {"cause": [1], "row": None, "before": None},
+            {"stamp": 2**70, "time": 1e308},
+            {"fault": {"a": "\x1b[31m"}, "conditions": {"parcel_gone": 3}},
+            {"y": {"belt": {"go": 1e999, "hold": {}}, "barrier": None}},
+        ],
+    ),
 )
 def test_messages_of_strangers(odd: dict[str, Any], tmp_path: Path) -> None:
     file = tmp_path / "odd.mcap"

@@ -502,6 +502,7 @@ def _closed_output() -> None:
     os.close(1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("before", short([None, _closed_output], 0))
 def test_an_output_that_takes_nothing(tmp_path: Path, before: Callable[[], None] | None) -> None:
     package = hinge(tmp_path)

@@ -213,6 +213,7 @@ def test_keys_operate_a_run_until_ctrl_c(
     assert 0.5 < report["real_time_factor"] < 1.01, "it goes as the clock does"
 
 
+@pytest.mark.long
 def test_the_terminal_is_restored_after_a_fault(terminal: Callable[..., Terminal]) -> None:
     assume = "        assume: [{that: x.R.n < 3, because: of the test}]\n        behaviours:"
     run = terminal(PRESSED.replace("        behaviours:", assume, 1), "--duration", 600)

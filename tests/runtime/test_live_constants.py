@@ -224,6 +224,7 @@ agents:
 """
 
 
+@pytest.mark.long
 def test_a_process_sees_a_change_as_all_others_do(tmp_path: Path) -> None:
     package, digests = built(tmp_path, ALONE), set()
     for apart in ((), ("b.c",), ("a.c", "b.c")):

@@ -128,6 +128,7 @@ def test_what_is_turned_stays_so(tmp_path: Path) -> None:
     assert [each["by"] for each in report["panel"]] == ["task"] * 5
 
 
+@pytest.mark.long
 def test_values_are_drawn_from_the_seed(tmp_path: Path) -> None:
     turn = (
         'at: "1[s]", turn: {desk.R.panel.v: ["0.1[m/s]", fast], desk.R.panel.n: {one_of: [0, 2]}, '

@@ -53,6 +53,7 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     assert calls[-2:] == [(0, before), ("unlock",)]
 
 
+@pytest.mark.long
 def test_other_threads_go_before_ordinary_ones_and_behind_the_main_one(
     calls: list[tuple[Any, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -39,6 +39,7 @@ def test_it_repeats(tmp_path: Path, disturb: str, times: int) -> None:
     assert begun(tmp_path, disturb) == (0.5, times)
 
 
+@pytest.mark.long
 def test_what_waits_begins_after_its_delay(tmp_path: Path) -> None:
     """Counted from the tick at which it would begin without one, each time anew."""
     far = "when: 'plant.s > 0.5[m]'"

@@ -48,6 +48,7 @@ def test_it_is_met_where_the_recording_has_it(
     assert (done.returncode, "differs" in done.stdout) == (0, False)
 
 
+@pytest.mark.long
 def test_the_run_until_then_is_that_without_the_formula(tmp_path: Path) -> None:
     ran(tmp_path, PASSING, "--record", tmp_path / "a.mcap")
     whole = specc("run", GATE, "--duration", 6, "--record", tmp_path / "b.mcap")

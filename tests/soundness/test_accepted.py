@@ -23,6 +23,7 @@ WRITTEN = [
 REFUSED = {"irp_picking_as_published.yaml"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("steps", "share"), [(20, 6), pytest.param(400, 1, marks=pytest.mark.long)]
 )
@@ -43,6 +44,7 @@ def test_written_specifications(steps: int, share: int) -> None:
     assert without_classes < 10 < len(WRITTEN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("steps", "share"), [(800, 0.1), pytest.param(4000, 0.3, marks=pytest.mark.long)]
 )

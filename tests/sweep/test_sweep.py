@@ -146,6 +146,7 @@ def _arguments(process: Path) -> str:
         return ""
 
 
+@pytest.mark.long
 def test_a_run_that_a_limit_ended_is_made_again_with_a_longer_one(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     options = ("--seeds", "0:1", "--duration", "1")
@@ -420,6 +421,7 @@ def test_code_of_two_versions_is_not_mixed(
     assert "was changed meanwhile; begin again" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_files_behind_links_are_found_in_the_copy(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "specs/plants", tmp_path / "models")
     (tmp_path / "plants").symlink_to("models")

@@ -93,6 +93,7 @@ def test_recordings_replay(seeds: Seeds, tmp_path: Path) -> None:
     assert held_against(laws.recordings_replay, seeds, tmp_path)["recordings"] or seeds.are_fresh
 
 
+@pytest.mark.long
 def test_random_machines_come_by_every_rule() -> None:
     counts = Counter[str]()
     for seed in range(60):

@@ -38,6 +38,7 @@ def classes(svg: str) -> dict[str, list[str]]:
     return {each.attrib["id"]: each.attrib.get("class", "").split() for each in groups}
 
 
+@pytest.mark.long
 def test_states_and_rows_have_ids() -> None:
     drawn = machine_picture(subsystem("conveyor_gate", "gate.c"), "p1")
     of = classes(drawn.svg)
