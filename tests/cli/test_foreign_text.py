@@ -107,7 +107,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("every", "share"), [(SOME, FEW), pytest.param(1, 1, marks=pytest.mark.long)]
 )

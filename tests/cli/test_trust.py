@@ -119,7 +119,6 @@ AS_SPECIFICATION = [
 PICKLED = b"cos\nsystem\n(S'touch marker'\ntR."
 
 
-@pytest.mark.long
 def test_recordings_reports_and_pickles_are_no_specifications(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

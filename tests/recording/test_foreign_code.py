@@ -404,7 +404,6 @@ PICKLED = "Y29zCnN5c3RlbQooUyd0b3VjaCBtYXJrZXInCnRSLg=="
 """`os.system("touch marker")`, to whoever unpickles it."""
 
 
-@pytest.mark.long
 def test_values_name_no_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -146,7 +146,6 @@ def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_
     assert "is known of the past" not in done.stderr
 
 
-@pytest.mark.long
 def test_what_cannot_be_carried_over_is_told(recorded: Path, tmp_path: Path) -> None:
     text = CONVEYOR.read_text()
     spec = tmp_path / "conveyor_gate.yaml"

@@ -58,7 +58,7 @@ def errors_of(result: Result) -> list[str]:
     return [f"{d.code} {d.message}" for d in result.diagnostics if d.code[0] in "EO"]
 
 
-@pytest.mark.parametrize("case", every(2, list(CASES)), ids=lambda case: case.name)
+@pytest.mark.parametrize("case", every(2, CASES), ids=lambda case: case.name)
 def test_compiler(case: Case, tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(case.text, encoding="utf-8")
     result = compile_spec(str(tmp_path / "spec.yaml"))

@@ -114,7 +114,7 @@ DIFFERENCES: list[tuple[list[Edit], list[Found]]] = [
 
 
 @pytest.mark.parametrize(
-    ("edits", "found"), every(2, list(DIFFERENCES)), ids=lambda value: str(value)[:60]
+    ("edits", "found"), every(2, DIFFERENCES), ids=lambda value: str(value)[:60]
 )
 def test_differences(edits: list[Edit], found: list[Found], differ: Differ) -> None:
     comparison = differ(BASE, edited(*edits))
@@ -183,9 +183,7 @@ REMARKS: list[tuple[list[Edit], list[Found]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("edits", "found"), every(2, list(REMARKS)), ids=lambda value: str(value)[:60]
-)
+@pytest.mark.parametrize(("edits", "found"), every(2, REMARKS), ids=lambda value: str(value)[:60])
 def test_changes_that_leave_the_meaning(
     edits: list[Edit], found: list[Found], differ: Differ
 ) -> None:

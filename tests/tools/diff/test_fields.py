@@ -11,8 +11,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from specc.model.expr import Node, Unknown
 from specc.model.fsm import Trace
 from specc.model.requirement import Requirement
@@ -112,7 +110,6 @@ _NOT_HERE = ("expr", "types", "units", "requirement")
 """Expressions and types are values, as `Trace` is; formulas are compared by their text."""
 
 
-@pytest.mark.long
 def test_every_field_is_compared(read: Reader) -> None:
     forgotten = {f"{c.__name__}.{f}" for c, names in _classes(System).items() for f in names}
     forgotten -= NOT_COMPARED.keys()
