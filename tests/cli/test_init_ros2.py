@@ -393,9 +393,7 @@ def test_as_many_topics_as_are_told_of_validate() -> None:
     assert "there are 100 devices already" in text
 
 
-@pytest.mark.parametrize(
-    "type_", every(4, [name.replace("/msg/", "/") for name in LISTENED])
-)
+@pytest.mark.parametrize("type_", every(4, [name.replace("/msg/", "/") for name in LISTENED]))
 def test_every_message_of_the_table_is_bound(type_: str) -> None:
     told = {**HEADER, "child_frame_id": "e", "height": 2, "width": 2, "size": 2, "encoding": "rgb8"}
     told |= {"joints": ["a"], "position": True}
