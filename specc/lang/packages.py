@@ -51,11 +51,12 @@ _PACKAGES = """
     matplotlib mcap mdurl moveit_msgs mpl_toolkits
     msgpack mujoco nav_msgs networkx numpy orjson packaging
     partd pathspec pinocchio pip pkg_resources psutil pydantic pydantic_core pygls pygments
-    pygraphviz pylab pyparsing pytest rcl_interfaces rclpy rich rosgraph_msgs rosidl_runtime_py
-    rpyutils ruamel ruckig ruff scipy sensor_msgs setuptools shape_msgs six sortedcontainers
-    specc specc_runtime std_msgs std_srvs tblib tf2_msgs tf2_py tf2_ros tlz toolz tornado
-    trajectory_msgs typst typing_extensions typing_inspection unique_identifier_msgs urllib3
-    visualization_msgs websockets yaml z3 ziafont ziamath zict zipp zmq zstandard
+    pygraphviz pylab pyparsing pytest rcl_interfaces rclpy rich rosbags rosgraph_msgs
+    rosidl_runtime_py rpyutils ruamel ruckig ruff scipy sensor_msgs setuptools shape_msgs six
+    sortedcontainers specc specc_runtime std_msgs std_srvs tblib tf2_msgs tf2_py tf2_ros tlz
+    toolz tornado trajectory_msgs typst typing_extensions typing_inspection
+    unique_identifier_msgs urllib3 visualization_msgs websockets yaml z3 ziafont ziamath zict
+    zipp zmq zstandard
 """
 
 PACKAGES = frozenset((_MODULES_OF_PYTHON + _PACKAGES).split())

@@ -63,6 +63,7 @@ def test_quantifiers_too_long_to_spell_out_are_not_proved_and_say_so(row: str) -
     assert "spelt out" in decision.unknown
 
 
+@pytest.mark.long
 def test_spelling_out_counts_against_the_budget_of_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Theory, "_steps", lambda *_: 0)  # only what comes before the search
     few, more, many = (_spent(quantifiers) for quantifiers in (10, 20, 40))

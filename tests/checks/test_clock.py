@@ -54,7 +54,7 @@ def test_a_sum_is_decided_like_the_time_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks([*range(4), 5985851, 204988933], also=range(4, 10), long=10, each=40)
+    "seeds", blocks(range(2), also=[*range(2, 10), 5985851, 204988933], long=10, each=40)
 )
 def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seeds: Seeds) -> None:
     for seed in seeds:

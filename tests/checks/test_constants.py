@@ -46,6 +46,7 @@ def ordered(system: System) -> bool:
     return True
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("given", short(["a", "b", "c", "a * c"], 3))
 def test_no_constant_refers_to_itself(given: str, tmp_path: Path) -> None:
     (tmp_path / "part.yaml").write_text(PART)

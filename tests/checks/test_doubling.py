@@ -20,14 +20,14 @@ from specc.model.expr import Logic, MemoryRef
 from specc.model.types import Bool
 from specc.proof.formula import Flag
 from specc.proof.translate import Translator
-from tests.seeds import SOAK
+from tests.seeds import SOAK, short
 
 COSTLY = (5, 11, 48, 82)
 """Seeds of texts that took 3 to 14 CPU seconds before what is written out was weighed."""
 MOST_MB = 300
 
 
-@pytest.mark.parametrize("seed", COSTLY)
+@pytest.mark.parametrize("seed", short(COSTLY, 2))
 def test_what_is_said_of_many_in_lets_of_lets_is_refused_at_its_place(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

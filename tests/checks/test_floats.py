@@ -84,7 +84,7 @@ def holding(texts: list[str], world: Environment) -> int | None:
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks([*range(20), 54129723], also=range(20, 90), long=30, each=90)
+    "seeds", blocks(range(6), also=[*range(6, 90), 54129723], long=30, each=90)
 )
 def test_what_is_proved_holds_of_floats(seeds: Seeds) -> None:
     for seed in seeds:
@@ -100,7 +100,7 @@ def what_is_proved_holds_of_floats(seed: int) -> None:
         assert holding(texts, world) in (None, 1), (texts, world.memory)
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(16)], long=180, each=90))
+@pytest.mark.parametrize("seeds", blocks(range(4), also=range(4, 16), long=180, each=90))
 def test_solver_and_tables_agree_near_rounding(seeds: Seeds) -> None:
     """Where a table is too large, the solver alone gives the verdict that a table gives."""
     for seed in seeds:

@@ -69,7 +69,7 @@ def calls(folder: Path, name: str, size: int) -> int:
 LINES = [name for name in GROWING if name not in SQUARES]
 
 
-@pytest.mark.parametrize("name", short(LINES, *range(3, len(LINES), 16), in_ci=2))
+@pytest.mark.parametrize("name", short(LINES, *range(3, len(LINES), 48), in_ci=2))
 def test_calls_grow_with_the_list(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

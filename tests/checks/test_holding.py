@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from specc.pipeline import Result, compile_spec
+from tests.seeds import every
 
 CART = """\
 specc: 1.2
@@ -162,7 +163,7 @@ def test_what_an_effector_sends_on_stays(effector: str, what: str, tmp_path: Pat
     assert held(checked(tmp_path, effector)) == ["aborted"]
 
 
-@pytest.mark.parametrize(("effector", "what"), ENDS, ids=[what for _, what in ENDS])
+@pytest.mark.parametrize(("effector", "what"), every(3, ENDS), ids=[what for _, what in ENDS])
 def test_an_effector_that_ends_it_by_itself_is_not_found(
     effector: str, what: str, tmp_path: Path
 ) -> None:
@@ -278,7 +279,7 @@ UNITS = [
 ]
 
 
-@pytest.mark.parametrize(("of", "expected"), UNITS, ids=[of for of, _ in UNITS])
+@pytest.mark.parametrize(("of", "expected"), every(3, UNITS), ids=[of for of, _ in UNITS])
 def test_units_decide(of: str, expected: bool, tmp_path: Path) -> None:
     text = CART.replace("EFFECTOR\n", COPIES).replace("CONTROL\n", DRIVES)
     text = text.replace('v_d: "real[m/s]"', f'v_d: "{of}"').replace(

@@ -65,7 +65,7 @@ def found(low: float, high: float, derived: str, rows: Sequence[Row]) -> set[str
     return {each.code for each in result.diagnostics}
 
 
-@pytest.mark.parametrize("seeds", blocks(range(4), long=80, each=20))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 4), long=80, each=20))
 def test_rows_are_proved_for_all_values_of_the_range(seeds: Sequence[int]) -> None:
     for seed in seeds:
         for part in range(12):

@@ -88,7 +88,7 @@ def possible(axiom: Expr, lets: dict[str, Expr]) -> bool:
     return bool(situations(TRUE, FALSE, (axiom,), lets))
 
 
-@pytest.mark.parametrize("seeds", blocks(range(5), also=range(5, 12), long=12, each=25))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 12), long=12, each=25))
 def test_verdicts_agree_with_trying_everything(seeds: Seeds) -> None:
     for seed in seeds:
         verdicts_agree_with_trying_everything(seed)
@@ -117,7 +117,7 @@ def verdicts_agree_with_trying_everything(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks([*range(10), 77310195], also=range(10, 25), long=30, each=25)
+    "seeds", blocks(range(3), also=[*range(3, 25), 77310195], long=30, each=25)
 )
 def test_every_situation_of_a_witness_is_a_fault(seeds: Seeds) -> None:
     for seed in seeds:

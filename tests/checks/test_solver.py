@@ -62,7 +62,7 @@ def tree(rng: random.Random, depth: int) -> Expr:
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks([*range(7), 77310443], also=range(7, 20), long=16, each=30)
+    "seeds", blocks(range(2), also=[*range(2, 20), 77310443], long=16, each=30)
 )
 def test_verdicts_about_sums_agree_with_trying(seeds: Seeds) -> None:
     for seed in seeds:
@@ -157,6 +157,7 @@ def test_many_facts_are_proved() -> None:
     assert verdict(both, some_missing).proved
 
 
+@pytest.mark.long
 def test_the_flagship_needs_no_solver() -> None:
     program = (
         "import sys; from specc.pipeline import compile_spec;"

@@ -68,6 +68,7 @@ def test_paths_and_arguments_are_one_a_line(repository: Path) -> None:
     assert validate(repository, paths="a spec.yaml", arguments="--strict").returncode == 1
 
 
+@pytest.mark.long
 def test_a_sarif_file_that_follows_the_schema_is_left_behind(repository: Path) -> None:
     assert validate(repository, sarif="specc.sarif").returncode == 1
     log = json.loads((repository / "specc.sarif").read_text())

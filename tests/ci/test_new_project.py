@@ -59,6 +59,7 @@ def project(tmp_path: Path) -> Iterator[Path]:
     yield folder
 
 
+@pytest.mark.long
 def test_all_skeletons_in_one_project(project: Path, tmp_path: Path) -> None:
     for name in skeletons():
         assert specc("init", name, "--skeleton", name, cwd=project).returncode == 0
@@ -74,6 +75,7 @@ def test_a_robot_of_a_model(project: Path, tmp_path: Path) -> None:
     assert_green(project, tmp_path)
 
 
+@pytest.mark.long
 def test_with_a_copy_of_the_library(project: Path, tmp_path: Path) -> None:
     """A folder of parts validates by itself, whoever uses them or not."""
     assert specc("init", project, "--skeleton", "arm").returncode == 0

@@ -187,6 +187,7 @@ def test_what_cannot_be_a_package_is_refused(
     assert not (here / "arm").exists()
 
 
+@pytest.mark.long
 def test_files_of_others_stay(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = project(here)
     build = ["build", str(path), "--ament", "arm"]

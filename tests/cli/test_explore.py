@@ -41,6 +41,7 @@ def test_skeletons_have_no_finding(spec: Path, capsys: pytest.CaptureFixture[str
     assert "0 errors, 0 warnings" in said.err
 
 
+@pytest.mark.long
 def test_the_example_of_the_documentation(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,7 +75,7 @@ def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert "belt.c, gate.c: ended at the bound after" in said
     assert said.endswith("not everything was explored in 5 steps: --budget allows for more\n")
-    assert main(["explore", CONVEYOR]) == 0
+    assert main(["explore", str(CASES / "wait-value.yaml")]) == 0
     assert "--budget" not in capsys.readouterr().out
 
 
@@ -162,7 +163,7 @@ def test_a_terminal_shows_how_far_the_search_is(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: is_terminal)
     seconds = itertools.count()
     monkeypatch.setattr("specc.cli.progress.time.monotonic", lambda: float(next(seconds)))
-    assert main(["explore", CONVEYOR]) == 0
+    assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
     said = capsys.readouterr().err
     if is_terminal:
         line = "belt.c, gate.c: 1 state, 1 waiting, 0 s into the runs, pass 1 of 3"

@@ -134,6 +134,7 @@ def test_the_pip_that_is_named_is_that_of_the_interpreter(
     assert "`'own env/python' -m pip install " in extras.lacking("rich")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("spec", "lacking", "extra"),
     short(
@@ -157,6 +158,7 @@ def test_a_run_says_which_extra_it_lacks(
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("graph", path, without=("pygraphviz",), folder=tmp_path)
@@ -164,6 +166,7 @@ def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert lacks("pygraphviz", "graph", done.stderr) and done.stderr.count("\n") == 1
 
 
+@pytest.mark.long
 def test_a_page_says_which_extra_it_lacks(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("run", path, "--ui", "--duration", "1", without=("websockets",), folder=tmp_path)

@@ -7,6 +7,7 @@ import pytest
 
 from specc.cli import main
 from specc.cli.init import skeletons
+from tests.seeds import every
 
 
 def spec_in(folder: Path) -> Path:
@@ -18,7 +19,7 @@ def test_there_is_a_choice() -> None:
     assert {"joint", "sense-act", "two-agents"} <= set(skeletons())
 
 
-@pytest.mark.parametrize("name", skeletons())
+@pytest.mark.parametrize("name", every(4, list(skeletons())))
 def test_a_skeleton_runs(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "robots" / name
     assert main(["init", str(folder), "--skeleton", name]) == 0

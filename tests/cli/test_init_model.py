@@ -25,7 +25,7 @@ from specc.pipeline import check_spec
 from specc.tools.starting import ModelFacts, NoFacts, NoGroup, actuator_groups, facts, read_facts
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
-from tests.seeds import short
+from tests.seeds import every, short
 
 SPECS = Path(__file__).parents[2] / "specs"
 SERVICES = (
@@ -136,7 +136,7 @@ ROBOTS = {
 
 
 @pytest.mark.usefixtures("wholly")
-@pytest.mark.parametrize("name", short(ROBOTS, 3, 4))
+@pytest.mark.parametrize("name", short(ROBOTS, 4))
 def test_a_robot_holds_its_pose_at_once(
     name: str,
     tmp_path: Path,
@@ -156,7 +156,7 @@ def test_a_robot_holds_its_pose_at_once(
         assert f".E.{group}." in spec.read_text()
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", every(3, list(ROBOTS)))
 def test_groups_are_named_after_what_they_move(name: str, tmp_path: Path) -> None:
     model, groups = ROBOTS[name]
     found = actuator_groups(init.read_facts(str(at(tmp_path / "robot.xml", model))), {})
@@ -284,7 +284,7 @@ UNOPENED = {
 """Models that name a private file, of which MuJoCo opens none."""
 
 
-@pytest.mark.parametrize("name", UNOPENED)
+@pytest.mark.parametrize("name", every(4, list(UNOPENED)))
 def test_a_model_carries_no_file_that_it_does_not_use(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -319,7 +319,7 @@ OUTSIDE = {
 }
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("name", every(3, list(OUTSIDE)))
 def test_files_beyond_the_folder_of_a_model_are_copied_if_they_are_named(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

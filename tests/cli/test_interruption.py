@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.fmt import format_text
-from tests.seeds import short
+from tests.seeds import every, short
 
 GOOD = """specc: 1
 system: alone
@@ -122,7 +122,7 @@ def interrupted(arguments: list[str], where: Path, delay_ms: float) -> tuple[int
         return process.returncode, out, err.read()
 
 
-@pytest.mark.parametrize("delay_ms", short(FEW_MS, 2, 6, 9, 11))
+@pytest.mark.parametrize("delay_ms", short(FEW_MS, 6, 11))
 def test_one_line_at_most(tmp_path: Path, delay_ms: float) -> None:
     (tmp_path / "a.yaml").write_text(GOOD)
     code, _, err = interrupted(["validate", "a.yaml"], tmp_path, delay_ms)
@@ -133,7 +133,7 @@ def test_an_interrupt_while_loading_is_one_line(tmp_path: Path) -> None:
     assert interrupted(["explain"], tmp_path, 0) == (130, "", LINE)
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("sign", every(2, [signal.SIGTERM, signal.SIGHUP]))
 @pytest.mark.parametrize("is_ignored", short([False, True], 1))
 def test_other_signals_end_a_command_alike(
     tmp_path: Path, sign: signal.Signals, is_ignored: bool
@@ -176,7 +176,7 @@ def test_an_interrupt_after_the_work_is_done_changes_at_most_the_code() -> None:
     assert done.stderr == LINE * codes.count("130")
 
 
-@pytest.mark.parametrize("delay_ms", short([60, 130, 200, 300, 450, 700], 1, 3))
+@pytest.mark.parametrize("delay_ms", short([60, 130, 200, 300, 450, 700], 3))
 def test_formatted_files_stay_whole(tmp_path: Path, delay_ms: float) -> None:
     odd = GOOD.replace("specc: 1", "specc:    1", 1)
     new = format_text(odd)
@@ -214,6 +214,7 @@ def test_what_was_found_side_by_side_is_told(tmp_path: Path) -> None:
     raise AssertionError("never were some files done and some not")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="nothing runs side by side")
 @pytest.mark.parametrize("sign", short([signal.SIGKILL, signal.SIGTERM], 0))
 def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.Signals) -> None:

@@ -192,11 +192,15 @@ def cases(count: int) -> list[tuple[str, signal.Signals]]:
     return [(list(COMMANDS)[i % 6], SIGNS[i // 6 % 3]) for i in range(count)]
 
 
+MARKS = {0: pytest.mark.long, 8: pytest.mark.long, 13: ()}
+"""Of the cases that are not for campaigns only."""
+
+
 @pytest.mark.no_replay("cut by the test")
 @pytest.mark.parametrize(
     ("number", "name", "sign"),
     [
-        pytest.param(number, *case, marks=() if number in (0, 8, 13) else seeds.SOAK)
+        pytest.param(number, *case, marks=MARKS.get(number, seeds.SOAK))
         for number, case in enumerate(cases(COUNT))
     ],
 )
@@ -232,6 +236,7 @@ def test_a_killed_command_leaves_nothing_half_made(
         assert sorted(without_empty(now)) == sorted(without_empty(after)), ending
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("cut by the test")
 @pytest.mark.parametrize("name", seeds.short(["run", "sweep"], 0))
 def test_a_terminal_that_closes_ends_a_command_in_order(name: str, tmp_path: Path) -> None:

@@ -197,14 +197,20 @@ def test_specification_with_errors_is_neither_built_nor_run(what: str, folder: P
 
 @pytest.mark.parametrize(
     ("model", "words"),
-    [
-        (MODEL[:900], ("bad.xml is not XML", "line 15")),
-        ("", ("bad.xml is not XML",)),
-        ("<robot name='urdf'/>", ("bad.xml is URDF", "`From URDF`")),
-        ("<sdf/>", ("<mujoco>",)),
-        ("<mujoco/>", ("no actuator `belt_drive`", "it has no actuators")),
-        (edit(MODEL, '"belt_drive" joint', '"belt_drives" joint'), ("did you mean `belt_drives`",)),
-    ],
+    every(
+        2,
+        [
+            (MODEL[:900], ("bad.xml is not XML", "line 15")),
+            ("", ("bad.xml is not XML",)),
+            ("<robot name='urdf'/>", ("bad.xml is URDF", "`From URDF`")),
+            ("<sdf/>", ("<mujoco>",)),
+            ("<mujoco/>", ("no actuator `belt_drive`", "it has no actuators")),
+            (
+                edit(MODEL, '"belt_drive" joint', '"belt_drives" joint'),
+                ("did you mean `belt_drives`",),
+            ),
+        ],
+    ),
     ids=["cut off", "empty", "urdf", "another format", "bare", "renamed"],
 )
 def test_model_that_does_not_serve(model: str, words: tuple[str, ...], folder: Path) -> None:
@@ -289,20 +295,23 @@ def test_folders_and_files_without_permission(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("python", "code", "words"),
-    [
-        ("no_such.module:f", UNUSABLE, ("no module no_such", "PYTHONPATH")),
-        ("careless:missing", UNUSABLE, ("cannot import name 'missing' from 'careless'",)),
-        ("unfinished:f", UNUSABLE, ("invalid syntax (unfinished.py, line 1)",)),
-        ("failing:f", UNUSABLE, ("ZeroDivisionError", "(failing.py, line 2)")),
-        ("careless:number", REFUSED, ("belt.drive S0", "'int' object is not callable")),
-        ("careless:two", REFUSED, ("belt.drive S0", "two() missing 1 required")),
-        (
-            "careless:raises",
-            REFUSED,
-            ("at 0.000 s, belt.drive S0", "the belt is upside down", "raises (careless.py:2)"),
-        ),
-        ("careless:leaves", REFUSED, ("belt.drive S0", "SystemExit: 3")),
-    ],
+    every(
+        2,
+        [
+            ("no_such.module:f", UNUSABLE, ("no module no_such", "PYTHONPATH")),
+            ("careless:missing", UNUSABLE, ("cannot import name 'missing' from 'careless'",)),
+            ("unfinished:f", UNUSABLE, ("invalid syntax (unfinished.py, line 1)",)),
+            ("failing:f", UNUSABLE, ("ZeroDivisionError", "(failing.py, line 2)")),
+            ("careless:number", REFUSED, ("belt.drive S0", "'int' object is not callable")),
+            ("careless:two", REFUSED, ("belt.drive S0", "two() missing 1 required")),
+            (
+                "careless:raises",
+                REFUSED,
+                ("at 0.000 s, belt.drive S0", "the belt is upside down", "raises (careless.py:2)"),
+            ),
+            ("careless:leaves", REFUSED, ("belt.drive S0", "SystemExit: 3")),
+        ],
+    ),
 )
 def test_operator_that_does_not_serve(
     python: str, code: int, words: tuple[str, ...], folder: Path

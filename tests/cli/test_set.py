@@ -166,11 +166,14 @@ def fleet(folder: Path, **texts: str) -> Path:
 
 @pytest.mark.parametrize(
     ("name", "text", "written"),
-    [
-        ("carts.limit", "3", {"fleet": ("reach * i", "'3[m]'")}),  # of all of them
-        ("carts.wheels.limit", "70[cm]", {"cart": ("2 * limit", "'70[cm]'")}),
-        ("scene.slide", "50", {"fleet": ('[0, "200[mm]"]', '"50[mm]"')}),
-    ],
+    every(
+        3,
+        [
+            ("carts.limit", "3", {"fleet": ("reach * i", "'3[m]'")}),  # of all of them
+            ("carts.wheels.limit", "70[cm]", {"cart": ("2 * limit", "'70[cm]'")}),
+            ("scene.slide", "50", {"fleet": ('[0, "200[mm]"]', '"50[mm]"')}),
+        ],
+    ),
 )
 def test_parameters_are_set_by_what_they_are_of(
     tmp_path: Path, name: str, text: str, written: dict[str, tuple[str, str]]
@@ -214,6 +217,7 @@ def test_a_parameter_of_one_copy_is_its_own(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.long
 def test_a_run_behaves_by_the_value_and_reports_it(spec: Path, tmp_path: Path) -> None:
     before = sorted(path.name for path in tmp_path.iterdir())
     as_written = ran(GATE)

@@ -14,6 +14,7 @@ from specc.diagnostics.visible import visible, width
 from specc.pipeline import compile_spec
 from specc.read import read_text
 from specc.source import Place, Route, Sources, Span
+from tests.seeds import drawn
 
 
 def text_of(text: str, *diagnostics: Diagnostic, colour: bool = False) -> str:
@@ -100,7 +101,7 @@ def test_nothing_in_a_file_steers_the_terminal() -> None:
     assert "\\x1b]0;title\\x07\\u{202e}\\u{200b}\\x9b31m" in printed
 
 
-@given(st.text())
+@drawn(st.text(), few=20, many=100)
 def test_visible_text_is_printable(text: str) -> None:
     shown = visible(text)
     assert all(unicodedata.category(char)[0] != "C" for char in shown)

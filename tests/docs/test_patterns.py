@@ -30,7 +30,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("step", STEPS, ids=[step["command"] for step in STEPS])
+@pytest.mark.parametrize(
+    "step",
+    [
+        # What runs nothing is quick.
+        pytest.param(
+            step,
+            id=step["command"],
+            marks=pytest.mark.long if re.search("pytest| run |pause", step["command"]) else (),
+        )
+        for step in STEPS
+    ],
+)
 def test_a_command_answers_as_shown(step: re.Match[str], folder: Path) -> None:
     spec = folder / "estop.yaml"
     text = spec.read_text(encoding="utf-8")

@@ -160,7 +160,7 @@ def unlike(values: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-@pytest.mark.parametrize("examples", examples(30, 60))
+@pytest.mark.parametrize("examples", examples(10, 60))
 def test_no_text_changes_the_structure(examples: int) -> None:
     @settings(max_examples=examples, deadline=None)
     @given(st.tuples(*[texts] * TEXTS), st.booleans())

@@ -9,6 +9,7 @@ import pytest
 from specc.cli.main import main
 from specc.pipeline import compile_spec
 from specc.tools.explore.explorer import explore
+from tests.seeds import short
 
 CASES = sorted(Path(__file__).parent.glob("bounded/*.yaml"))
 DEAR = {"fast_motion"}
@@ -83,7 +84,7 @@ agents:
 """
 
 
-@pytest.mark.parametrize("kind", ["delay line", "nested sizes"])
+@pytest.mark.parametrize("kind", short(["delay line", "nested sizes"], 1))
 def test_cuts_of_numbers_are_found_in_bounded_time(kind: str, tmp_path: Path) -> None:
     """A cut moves back through 600 assignments; 40 sizes within one another would make 2^40."""
     if kind == "delay line":

@@ -14,7 +14,7 @@ import pytest
 
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.explorer import Exploration, explore
-from tests.seeds import every
+from tests.seeds import every, short
 from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter
 from tests.soundness.operators import PLAIN
@@ -97,7 +97,7 @@ def assert_senders_tell_what_is_found(result: Result, found: Exploration) -> Non
         assert not (grounds == "broken" and verdict == "on your word")
 
 
-@pytest.mark.parametrize("share", [4, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("share", short([16, 1], 0))
 def test_accepted_cases_have_no_finding(share: int) -> None:
     """What no check has anything to say of; those with open points are not explored."""
     explored = 0

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.commands import specc
-from tests.seeds import short
+from tests.seeds import every, short
 
 BUDGET = 3_000
 COUNTS = (3, 31, 33, 40, 1000, 10**6)
@@ -127,11 +127,14 @@ def test_what_is_counted_is_found_or_told(n: int, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("step", "n", "budget", "status"),
-    [
-        ("k + 1", 33, BUDGET, "complete"),
-        ("abs(k) + 1", 10**6, BUDGET, "complete but for 1 finding not decided"),
-        ("k + 1", 33, 4, "ended at the bound"),
-    ],
+    every(
+        3,
+        [
+            ("k + 1", 33, BUDGET, "complete"),
+            ("abs(k) + 1", 10**6, BUDGET, "complete but for 1 finding not decided"),
+            ("k + 1", 33, 4, "ended at the bound"),
+        ],
+    ),
 )
 def test_how_exploring_ends_is_said_to_people_and_programs(
     step: str, n: int, budget: int, status: str, tmp_path: Path
@@ -179,7 +182,7 @@ agents:
 """
 
 
-@pytest.mark.parametrize(("n", "is_followed"), [(100, True), (1000, False)])
+@pytest.mark.parametrize(("n", "is_followed"), every(2, [(100, True), (1000, False)]))
 def test_lists_that_grow_are_followed_up_to_a_size(
     n: int, is_followed: bool, tmp_path: Path
 ) -> None:

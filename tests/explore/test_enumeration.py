@@ -144,6 +144,7 @@ def left(there: Enumeration, graphs: list[Graph], counts: Counter[str]) -> list[
     return [*filter(None, found)]
 
 
+@pytest.mark.long
 def test_an_explorer_that_delivers_nothing_is_noticed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -65,7 +65,12 @@ def differences(result: Result, backwards: Result, patch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize(
     "seeds",
-    blocks(range(12), also=[230991069, 138870755, 67373121, 11158625, 71275884], long=8, each=8),
+    blocks(
+        range(3),
+        also=[*range(3, 12), 230991069, 138870755, 67373121, 11158625, 71275884],
+        long=8,
+        each=8,
+    ),
 )
 def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -80,7 +85,7 @@ def test_families_have_the_same_findings_without_symmetry_and_in_another_order(
     assert seeds.are_fresh or compared > len(seeds) / 2
 
 
-@pytest.mark.parametrize("seeds", blocks(range(4), also=range(4, 40), long=8, each=8))
+@pytest.mark.parametrize("seeds", blocks([4], also=[*range(4), *range(5, 40)], long=8, each=8))
 def test_families_with_modes_have_the_same_findings_without_symmetry(
     seeds: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,6 +100,7 @@ def test_families_with_modes_have_the_same_findings_without_symmetry(
     assert seeds.are_fresh or compared > len(seeds) / 2
 
 
+@pytest.mark.long
 def test_families_have_copies_and_others(tmp_path: Path) -> None:
     """With all agents copies, with one that is none, with findings of several kinds."""
     sizes, codes = set[tuple[int, int]](), set[str]()

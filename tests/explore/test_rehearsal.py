@@ -45,6 +45,7 @@ def random_reports(rng: Random, sensors: tuple[str, ...]) -> dict[str, list[tupl
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("systems", short([3, 5, 12], 0))
 def test_runs_that_go_back_are_those_that_begin_anew(systems: int, tmp_path: Path) -> None:
     compared = sensed = shorter = 0

@@ -28,7 +28,7 @@ from specc.tools.explore.monitor import Monitor, TruthValue, UnsupportedFormulaE
 from specc.tools.explore.verdicts import requirement_slices
 from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
-from tests.seeds import Seeds, blocks
+from tests.seeds import Seeds, blocks, every, short
 from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 
@@ -259,7 +259,7 @@ def test_what_is_said_of_random_requirements_holds(seeds: Seeds, tmp_path: Path)
     assert said["violated"] + said["may be violated"] or seeds.are_fresh
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), long=5, each=30))
+@pytest.mark.parametrize("seeds", blocks([1], also=[0], long=5, each=30))
 def test_what_is_said_of_random_numbers_holds(seeds: Seeds, tmp_path: Path) -> None:
     assert said_of(seeds, tmp_path, of_numbers=True)["proved"] or seeds.are_fresh
 
@@ -358,7 +358,7 @@ def test_a_fault_leaves_open_only_what_is_said_of_the_machine_that_fails(
     assert misjudged(result, found, range(2), TICKS) == []
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+@pytest.mark.parametrize("case", every(3, CASES), ids=lambda case: case.stem)
 def test_the_monitor_of_the_recorded_trace_says_so(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -370,6 +370,7 @@ def test_the_monitor_of_the_recorded_trace_says_so(
     assert item["verdict"] == "violated"
 
 
+@pytest.mark.long
 def test_what_looks_far_back_takes_nothing_from_what_does_not(tmp_path: Path) -> None:
     agents, _, _ = (SPECS / "conveyor_gate.yaml").read_text(encoding="utf-8").partition("\nplant:")
     opening = "state(gate.c) == opening"
@@ -456,7 +457,7 @@ require:
 """
 
 
-@pytest.mark.parametrize(("window_s", "rate_hz"), [(200, 10), (600, 500)])
+@pytest.mark.parametrize(("window_s", "rate_hz"), short([(200, 10), (600, 500)], 0))
 def test_what_long_windows_wait_for_is_told(window_s: int, rate_hz: int, tmp_path: Path) -> None:
     """One way is enough for that where there are steps for no more; repeated steps are one."""
     spec = tmp_path / "spec.yaml"
@@ -539,6 +540,7 @@ def _verdicts(requirements: list[str], tmp_path: Path) -> list[str]:
     return [each.verdict for each in explore(result.proofs, 20_000).requirements]
 
 
+@pytest.mark.long
 def test_integers_that_no_float_is_are_not_known_where_reals_are(tmp_path: Path) -> None:
     """The square of `n` is one more than what 64 bits of a float make of it."""
     exact = "9007199515875288"

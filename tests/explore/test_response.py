@@ -14,7 +14,7 @@ import pytest
 from specc.cli import main
 from specc.pipeline import compile_spec
 from specc.tools.explore.explorer import Exploration, explore
-from tests.seeds import blocks
+from tests.seeds import blocks, every
 from tests.soundness.running import compiled
 
 CASES = sorted(Path(__file__).parent.glob("response/*.yaml"))
@@ -22,7 +22,7 @@ VERDICTS = {"proved": "proved", "rests": "open", "broken": "may be violated"}
 BROKEN = "all in all: complete; 1 requirement can be broken by what is measured"
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+@pytest.mark.parametrize("case", every(3, CASES), ids=lambda case: case.stem)
 def test_an_answer_that_cannot_come_is_told(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The head of each specification says what exploring says of it."""
     verdict = case.read_text(encoding="utf-8").partition(":")[0].removeprefix("# ")
@@ -237,7 +237,7 @@ def told(seed: int, folder: Path) -> tuple[Twins, Exploration] | None:
 
 
 # Of 20 fresh seeds one set in 59 has four kinds of verdicts only; none of 29 sets of 40.
-@pytest.mark.parametrize("seeds", blocks(range(40), long=40, each=100))
+@pytest.mark.parametrize("seeds", blocks(range(10), also=range(40), long=40, each=100))
 def test_what_is_told_is_what_all_runs_do(seeds: Sequence[int], tmp_path: Path) -> None:
     kinds = set()
     for seed in seeds:
@@ -252,4 +252,4 @@ def test_what_is_told_is_what_all_runs_do(seeds: Sequence[int], tmp_path: Path) 
         assert judged.is_dead_end == (twins.is_breakable() and twins.has_dead_end()), seed
         assert (judged.verdict == "may be violated") == judged.is_dead_end, seed
         kinds.add((judged.verdict, twins.form))
-    assert len(kinds) >= 5
+    assert len(kinds) >= 5 or len(seeds) < 40

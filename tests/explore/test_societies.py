@@ -198,13 +198,13 @@ def judge(seeds: Sequence[int], folder: Path, *, with_modes: bool = False) -> di
     return total
 
 
-@pytest.mark.parametrize("seeds", blocks((0, 1, 2, 15), long=6, each=30))
+@pytest.mark.parametrize("seeds", blocks([15], also=(0, 1, 2, 15), long=6, each=30))
 def test_what_is_said_of_societies_holds(seeds: Seeds, tmp_path: Path) -> None:
     total = judge(seeds, tmp_path)
     assert all(total.values()) or seeds.are_fresh, total
 
 
-@pytest.mark.parametrize("seeds", blocks((0, 24), also=range(1, 24), long=6, each=30))
+@pytest.mark.parametrize("seeds", blocks([24], also=range(24), long=6, each=30))
 def test_what_is_said_of_societies_with_modes_holds(seeds: Seeds, tmp_path: Path) -> None:
     total = judge(seeds, tmp_path, with_modes=True)
     assert all(total.values()) or seeds.are_fresh, total

@@ -67,7 +67,7 @@ def missed(result: Result, seeds: range) -> tuple[list[str], int]:
     return found, compared
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 7), long=8, each=30))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 7), long=8, each=30))
 def test_random_systems(seeds: Seeds, tmp_path: Path) -> None:
     total = 0
     for seed in seeds:
@@ -100,6 +100,7 @@ def test_written_systems(spec: str) -> None:
     assert compared >= 1
 
 
+@pytest.mark.long
 def test_what_is_said_of_random_systems_holds(tmp_path: Path) -> None:
     total = 0
     for seed in range(1000, 1060):

@@ -12,7 +12,7 @@ from specc_runtime import track
 from specc.cli import main
 from specc.tools.explore import concrete
 from tests.recording.runs import messages
-from tests.seeds import short
+from tests.seeds import every, short
 
 CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
 BOUNDED = Path(__file__).parent / "bounded"
@@ -32,7 +32,9 @@ def traced(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> list[di
     return found
 
 
-@pytest.mark.parametrize("case", short(CASES, *range(0, len(CASES), 6)), ids=lambda case: case.stem)
+@pytest.mark.parametrize(
+    "case", short(CASES, *range(0, len(CASES), 12)), ids=lambda case: case.stem
+)
 def test_traces_are_recordings_that_replay(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -190,7 +192,7 @@ def test_what_is_sent_has_other_names_in_the_code(
     assert Path(finding["recording"]).is_file()
 
 
-@pytest.mark.parametrize("case", ["too_tight", "stretched", "stop_button"])
+@pytest.mark.parametrize("case", every(3, ["too_tight", "stretched", "stop_button"]))
 def test_a_violation_that_rests_on_conditions_is_a_run_that_replays(
     case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

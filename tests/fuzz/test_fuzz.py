@@ -23,7 +23,7 @@ from tests.seeds import SOAK
 @pytest.mark.parametrize(
     ("seed", "files"),
     [
-        (1, 8),
+        (1, 2),
         pytest.param(1, 100, marks=pytest.mark.long),
         pytest.param(2, 200, marks=pytest.mark.long),
         pytest.param(2, 600, marks=SOAK),
@@ -96,7 +96,7 @@ def test_a_specification_is_tried_as_it_is(tmp_path: Path) -> None:
     assert (trial.accepted, trial.codes, trial.fault) == (True, frozenset(), "")
 
 
-@pytest.mark.parametrize("files", [10, pytest.param(25, marks=pytest.mark.long)])
+@pytest.mark.parametrize("files", [4, pytest.param(25, marks=pytest.mark.long)])
 def test_files_go_through_what_else_reads_them(files: int, tmp_path: Path) -> None:
     folder = next(f for f in beds(ROOT / "specs", tmp_path) if "conveyor" in f.name)
     spec, path, random = folder / "spec.yaml", folder / "fuzzed.yaml", Random(8)

@@ -1,11 +1,8 @@
 """Names are terms of the field: a participle that could stand for anything says nothing."""
 
-import ast
-from collections.abc import Iterator
-
 import pytest
 
-from tests.house.tree import Module, modules
+from tests.house.tree import modules
 
 BANNED = {
     "told", "said", "asked", "kept", "held", "settled", "lasting", "misfit", "misfits", "vague",
@@ -19,24 +16,12 @@ OF_GENERATED_CODE = {
 """Arguments that packages give that people have built already."""
 
 
-def defined(module: Module) -> Iterator[tuple[str, int]]:
-    """The names that a module defines, each with its line: what it imports is named elsewhere."""
-    for node in ast.walk(ast.parse(module.path.read_text(encoding="utf-8"))):
-        match node:
-            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
-                yield name, node.lineno
-            case ast.ClassDef(name=name) | ast.arg(arg=name):
-                yield name, node.lineno
-            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
-                yield name, node.lineno
-
-
 @pytest.mark.parametrize(("root", "package"), [("runtime", "specc_runtime"), (".", "specc")])
 def test_no_name_is_a_bare_participle(root: str, package: str) -> None:
     found = [
         f"{module.name}:{line}: {name}"
         for module in modules(root, package)
-        for name, line in defined(module)
+        for name, line in module.defined()
         if name.lower().strip("_") in BANNED and name not in OF_GENERATED_CODE.get(module.name, ())
     ]
     assert found == []

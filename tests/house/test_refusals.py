@@ -19,8 +19,8 @@ GOES_ON = {
 
 
 def _caught(text: str) -> Iterator[str]:
-    """Names of exceptions that a module handles."""
-    for node in ast.walk(ast.parse(text)):
+    """Names of exceptions that a module handles, if one may be a refusal."""
+    for node in ast.walk(ast.parse(text if "Refused" in text else "")):
         if isinstance(node, ast.ExceptHandler) and node.type is not None:
             parts = list(ast.walk(node.type))
             yield from (part.id for part in parts if isinstance(part, ast.Name))

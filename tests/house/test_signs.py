@@ -1,6 +1,7 @@
 """An operator is known by its row in `specc/lang/values.py`; others ask how it is used."""
 
 import ast
+import re
 from collections.abc import Iterator
 
 from specc.lang.values import SIGNS
@@ -53,9 +54,11 @@ def _is_operator(node: ast.AST) -> bool:
 
 def signs(module: str) -> set[str]:
     """The operators that a module names."""
+    letters = set("".join(SIGNS))
+    if not re.search(rf"""["'][{re.escape("".join(letters))}]+["']""", module):
+        return set()
     parts = (part for found in named(ast.parse(module)) for part in ast.walk(found))
     texts = [part.value for part in parts if isinstance(part, ast.Constant)]
-    letters = set("".join(SIGNS))
     return {text for text in texts if isinstance(text, str) and text and set(text) <= letters}
 
 

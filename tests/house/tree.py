@@ -2,10 +2,11 @@
 
 import ast
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -19,7 +20,7 @@ class Module:
 
     def imports_of(self, known: set[str]) -> Iterator[str]:
         """Those of the `known` modules that it imports: late ones, and for types only, as well."""
-        for node in _importing(self.path):
+        for node in _parsed(self.path).importing:
             if isinstance(node, ast.Import):
                 yield from {alias.name for alias in node.names} & known
             elif isinstance(node, ast.ImportFrom) and node.module:
@@ -32,7 +33,7 @@ class Module:
         package = self.name.split(".")
         if self.path.name != "__init__.py":
             package = package[:-1]
-        for node in _importing(self.path):
+        for node in _parsed(self.path).importing:
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names)
             elif isinstance(node, ast.ImportFrom):
@@ -41,17 +42,36 @@ class Module:
             elif isinstance(node, ast.Call):
                 yield from _imported_by_call(node)
 
+    def defined(self) -> Iterable[tuple[str, int]]:
+        """The names that it defines, each with its line: what it imports is named elsewhere."""
+        return _parsed(self.path).defined
+
+
+class _Parsed(NamedTuple):
+    """What tests ask of a module: whole trees of all modules would take much memory."""
+
+    importing: list[ast.Import | ast.ImportFrom | ast.Call]
+    """What may import something."""
+    defined: list[tuple[str, int]]
+
 
 @cache
-def _importing(path: Path) -> tuple[ast.Import | ast.ImportFrom | ast.Call, ...]:
-    """What may import something in a module, which is parsed once."""
-    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-    return tuple(
-        node
-        for node in nodes
-        if isinstance(node, (ast.Import, ast.ImportFrom))
-        or (isinstance(node, ast.Call) and any(_imported_by_call(node)))
-    )
+def _parsed(path: Path) -> _Parsed:
+    """A module, which is parsed once."""
+    found = _Parsed([], [])
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import() | ast.ImportFrom():
+                found.importing.append(node)
+            case ast.Call() if any(_imported_by_call(node)):
+                found.importing.append(node)
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                found.defined.append((name, node.lineno))
+            case ast.ClassDef(name=name) | ast.arg(arg=name):
+                found.defined.append((name, node.lineno))
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                found.defined.append((name, node.lineno))
+    return found
 
 
 def _imported_by_call(node: ast.Call) -> Iterator[str]:

@@ -10,7 +10,7 @@ from specc.model.types import Bool
 from tests.seeds import drawn
 from tests.strategies import NAMES, SCOPE, expressions
 
-FEW, MANY = 50, 100
+FEW, MANY = 15, 100
 """Examples of a random test, and of a long one."""
 
 

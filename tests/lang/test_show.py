@@ -9,7 +9,7 @@ from tests.seeds import drawn
 from tests.strategies import SCOPE, expressions
 
 
-@drawn(expressions(), few=60, many=100)
+@drawn(expressions(), few=20, many=100)
 def test_shown_expressions_read_back_as_themselves(tree: m.Expr) -> None:
     assert expression(show(tree), SCOPE, tree.type) == tree
 

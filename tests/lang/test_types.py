@@ -64,7 +64,7 @@ types = st.recursive(
     lambda inner: inner.map(ListOf),
     max_leaves=3,
 )
-FEW, MANY = 60, 200
+FEW, MANY = 20, 200
 """Examples of a random test, and of a long one."""
 
 

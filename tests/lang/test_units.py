@@ -21,7 +21,7 @@ from specc.model.units import (
 )
 from tests.seeds import drawn
 
-FEW, MANY = 60, 200
+FEW, MANY = 20, 200
 """Examples of a random test, and of a long one."""
 COHERENT = [unit for unit in UNITS.values() if unit.is_coherent]
 

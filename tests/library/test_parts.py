@@ -104,6 +104,7 @@ def test_code_is_the_same_wherever_specc_is_installed(
     assert not any(b"elsewhere" in text or b"specs/lib" in text for text in outputs[0].values())
 
 
+@pytest.mark.long
 def test_commands_work_with_a_part(arm: Path) -> None:
     folder = arm.parent
     report = folder / "report.json"
@@ -127,6 +128,7 @@ def test_commands_work_with_a_part(arm: Path) -> None:
     assert "specc:joint_arm:" in other
 
 
+@pytest.mark.long
 def test_a_recording_keeps_the_part_that_was_used(
     arm: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

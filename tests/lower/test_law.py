@@ -348,7 +348,7 @@ SETTINGS = settings(
 )
 
 
-@pytest.mark.parametrize("examples", examples(5, 12))
+@pytest.mark.parametrize("examples", examples(2, 12))
 @pytest.mark.parametrize("proved", [True, False])
 def test_proved_tables_and_those_that_are_checked_at_run_time(proved: bool, examples: int) -> None:
     @settings(SETTINGS, max_examples=examples)

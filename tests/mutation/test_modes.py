@@ -15,7 +15,7 @@ from shutil import copy
 import pytest
 
 from tests.commands import ROOT, specc
-from tests.seeds import SOAK
+from tests.seeds import SOAK, every
 
 MACHINES = {
     "cell": ROOT / "specs" / "examples" / "tray_cell.yaml",
@@ -135,7 +135,7 @@ CELL_EXPLORED = [
 ]
 
 
-@pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.parametrize("machine", every(3, list(MACHINES)))
 def test_nothing_is_found_as_long_as_nothing_is_lost(machine: str, tmp_path: Path) -> None:
     file = written(machine, MACHINES[machine].read_text(encoding="utf-8"), tmp_path)
     assert findings(specc("validate", file, together=True).stdout) == []
@@ -159,13 +159,13 @@ def test_every_member_of_every_mode_is_lost_once() -> None:
     assert len({*VALIDATED, *EXPLORED, *CELL_EXPLORED}) == 40
 
 
-@pytest.mark.parametrize("mutant", VALIDATED, ids=str)
+@pytest.mark.parametrize("mutant", every(3, VALIDATED), ids=str)
 def test_validating_names_what_is_concerned(mutant: Mutant, tmp_path: Path) -> None:
     file = written(mutant.machine, mutant.text, tmp_path)
     assert names(specc("validate", file, together=True).stdout, mutant)
 
 
-@pytest.mark.parametrize("mutant", EXPLORED, ids=str)
+@pytest.mark.parametrize("mutant", every(4, EXPLORED), ids=str)
 def test_exploring_names_what_is_concerned(mutant: Mutant, tmp_path: Path) -> None:
     file = written(mutant.machine, mutant.text, tmp_path)
     assert names(specc("explore", file, together=True).stdout, mutant)

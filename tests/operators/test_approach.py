@@ -34,6 +34,7 @@ def check_bounds(motions: list[Motion]) -> None:
     assert np.diff(q, axis=0) / T == pytest.approx(v[1:], abs=1e-6)
 
 
+@pytest.mark.long
 @settings(max_examples=how_many(8), deadline=None)
 @given(start=positions, goals=st.lists(positions, min_size=1, max_size=4), after=st.data())
 def test_bounds_hold_whatever_the_goals_are_and_whenever_they_change(

@@ -52,6 +52,7 @@ def errors(boxes, objects):
     return [pose_error(X_BK @ each.X, poses[model_label_of(each.label)]) for each in objects]
 
 
+@pytest.mark.long
 def test_something_is_recognised_in_every_scene_and_nearly_everything_in_all(results):
     counts = [len(objects) for _, objects in results]
     assert min(counts) >= 1

@@ -167,6 +167,7 @@ def test_what_is_no_message_is_refused_and_nothing_else_happens(run: FakeRun) ->
         )
 
 
+@pytest.mark.long
 def test_a_message_of_a_megabyte_ends_the_connection_alone(run: FakeRun) -> None:
     with run.visit() as other, run.visit() as visitor:
         visitor.connection.send(json.dumps({"type": "look", "id": 1, "x": "x" * (1 << 20)}))
@@ -175,6 +176,7 @@ def test_a_message_of_a_megabyte_ends_the_connection_alone(run: FakeRun) -> None
         control(other, True, 1)
 
 
+@pytest.mark.long
 def test_unknown_names_are_no_end_of_answers(run: FakeRun) -> None:
     with run.visit() as visitor:
         visitor.next("hello")
@@ -185,6 +187,7 @@ def test_unknown_names_are_no_end_of_answers(run: FakeRun) -> None:
         assert visitor.ask("look", time_s=1e11)["values"].keys() == {"gate.c.x.eye.parcel"}
 
 
+@pytest.mark.long
 def test_only_the_newest_question_is_answered(run: FakeRun) -> None:
     with run.visit() as visitor:
         visitor.next("hello")
@@ -258,6 +261,7 @@ def test_a_browser_that_comes_late_gets_the_past(run: FakeRun) -> None:
         assert (later["spans"], later["replace"]) == ({"gate.c": [[2.25, None, "opening"]]}, False)
 
 
+@pytest.mark.long
 def test_a_state_without_steps_says_only_what_is_new(run: FakeRun) -> None:
     news = {"time_s": 2.05, "wall_s": 7.5, "status": "running", "speed": 1.0, "factor": 0.9}
     news["poses"] = [[1.0] * 7]
@@ -276,6 +280,7 @@ def test_a_state_without_steps_says_only_what_is_new(run: FakeRun) -> None:
         assert (later["time_s"], later["live"], later["poses"]) == (2.1, {}, None)
 
 
+@pytest.mark.long
 def test_spans_that_say_nothing_new_are_not_sent(run: FakeRun) -> None:
     run.state(1.0)
     with run.visit() as visitor:
@@ -305,6 +310,7 @@ def test_a_run_that_begins_anew_begins_anew_in_the_page(run: FakeRun) -> None:
         assert visitor.ask("look")["time_s"] == 1.5
 
 
+@pytest.mark.long
 def test_a_page_that_comes_before_the_run_waits_for_it() -> None:
     with fake_run(GATE, begins=False) as run, run.visit() as visitor:
         assert visitor.next("control", "hello")["type"] == "control"
@@ -314,6 +320,7 @@ def test_a_page_that_comes_before_the_run_waits_for_it() -> None:
         assert visitor.next("hello")["title"] == "Conveyor with a gate"
 
 
+@pytest.mark.long
 def test_rows_that_follow_one_another_are_counted(run: FakeRun) -> None:
     again = [["gate.c", number / 20, "closed", "closed again"] for number in range(1, 201)]
     first = ["gate.c", 0.0, "closed", ""]
@@ -336,6 +343,7 @@ def test_rows_that_follow_one_another_are_counted(run: FakeRun) -> None:
             assert past == ["last transitions:", *texts]
 
 
+@pytest.mark.long
 def test_spans_of_many_machines_are_not_too_many_for_a_browser_that_comes_late() -> None:
     run = LiveRun("specs/architectures/syndicate.yaml", {}, lambda command: None)
     names = list(run._description.subsystems)
@@ -347,6 +355,7 @@ def test_spans_of_many_machines_are_not_too_many_for_a_browser_that_comes_late()
     assert len(json_text(spans)) < _MOST_BYTES / 2
 
 
+@pytest.mark.long
 def test_a_browser_that_could_not_be_told_of_the_run_does_not_control_it() -> None:
     with fake_run(GATE, begins=False) as run:
         run.begin(panel=[3])

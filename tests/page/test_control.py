@@ -10,6 +10,7 @@ import pytest
 
 from tests.commands import specc
 from tests.page.fake_server import GATE, Code, Message, shown, written
+from tests.seeds import every
 
 BREAK: dict[str, tuple[Message, str]] = {
     "state": (
@@ -49,7 +50,7 @@ def broken(code: Code, *breakpoints: Message) -> tuple[Message, Message]:
         return stopped, state
 
 
-@pytest.mark.parametrize("kind", BREAK)
+@pytest.mark.parametrize("kind", every(3, list(BREAK)))
 def test_a_breakpoint_stops_when_stop_when_would_end_the_run(
     kind: str, gate: Code, tmp_path: Path
 ) -> None:
@@ -61,6 +62,7 @@ def test_a_breakpoint_stops_when_stop_when_would_end_the_run(
     assert stopped["why"].startswith(asked["machine"])
 
 
+@pytest.mark.long
 def test_a_violated_requirement_stops_when_its_negation_would_end_the_run(tmp_path: Path) -> None:
     constants = {"cruise": "1[rad/s]", "patience": "2[s]"}
     code = written(GATE, tmp_path, **constants)

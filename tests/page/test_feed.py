@@ -90,6 +90,7 @@ def test_the_beginning_and_the_end(gate: Code, tmp_path: Path) -> None:
     assert len(last["poses"]) == len(begin["bodies"]) and len(last["poses"][0]) == 7
 
 
+@pytest.mark.long
 def test_a_violation_and_a_fault_are_marks(tmp_path: Path) -> None:
     spec = RUNS["conveyor_gate"][0]
     package = written(spec, tmp_path, cruise="1[rad/s]", patience="2[s]")

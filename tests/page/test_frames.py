@@ -10,11 +10,19 @@ from specc.tools.page.description import AssetShelf, Description
 from specc.tools.page.frames import carriers
 from specc.tools.page.moments import LastStep, frames_of
 from tests.house.tree import ROOT
+from tests.seeds import every
 
 
 @pytest.mark.parametrize(
     ("spec", "expected"),
-    [("examples/tray_cell", {"B": "base", "E": "tip"}), ("irp_picking", {}), ("conveyor_gate", {})],
+    every(
+        3,
+        [
+            ("examples/tray_cell", {"B": "base", "E": "tip"}),
+            ("irp_picking", {}),
+            ("conveyor_gate", {}),
+        ],
+    ),
 )
 def test_arms_of_the_library_say_where_their_frames_are(
     spec: str, expected: dict[str, str]

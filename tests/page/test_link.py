@@ -8,6 +8,7 @@ import time
 from functools import partial
 from typing import Any
 
+import pytest
 from specc_runtime.page.link import Link
 
 from tests.page.fake_server import Code, shown
@@ -107,6 +108,7 @@ def test_closing_does_not_wait_for_a_server_that_is_stopped() -> None:
     assert ends.link.is_over
 
 
+@pytest.mark.long
 def test_a_dead_server_ends_no_run_and_lets_a_paused_one_go_on(gate: Code) -> None:
     with shown(gate, {"do": "pause"}, speed=1.0, duration_s=30.0) as run:
         run.server.paused()

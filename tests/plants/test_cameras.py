@@ -75,6 +75,7 @@ def closed(monkeypatch):
         plant.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_points_of_a_depth_image_lie_on_what_was_seen(renderer):
     """X = (u - cx) / fx Z, in the optical frame at the published pose, falls on the table."""

@@ -18,7 +18,7 @@ from specc_runtime.plants.mujoco import MujocoPlant
 
 from tests.plants.scripted_pick import ACTUATORS, SENSORS, Script, above, pick
 from tests.plants.worlds import PICKING
-from tests.seeds import short
+from tests.seeds import every, short
 
 OBJECTS = PickingScene().objects
 
@@ -47,7 +47,7 @@ def corners(plant, name, X):
     return (signs * half) @ X[:3, :3].T + X[:3, 3]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", every(4, list(range(20))))
 def test_boxes_lie_flat_apart_and_in_the_region(plant, seed):
     poses = placed(plant, seed)
     assert plant.time_s == 0.0

@@ -108,6 +108,7 @@ INDEXED_SLIPS = [
 ]
 
 
+@pytest.mark.long
 def test_repairs_keep_indices(spec: Path) -> None:
     for right, wrong in INDEXED_SLIPS:
         spec.write_text(INDEXED.replace(right, wrong))

@@ -10,6 +10,7 @@ import pytest
 from specc.cli import main
 from specc.pipeline import compile_spec
 from specc.policy import clear_cache
+from tests.seeds import every
 
 HEAD = "specc: 1\nsystem: demo\n"
 FRAMES = "specc: 1\nframes: {B: robot base}\n"
@@ -172,7 +173,7 @@ COMMANDS = [
 SECRETS = [SECRET, "password: hunter2\n", "<key>hunter2</key>\n", "\u00ff", "hunter2\0\n"]
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize("command", every(2, COMMANDS), ids=" ".join)
 @pytest.mark.parametrize("secret", SECRETS)
 def test_what_the_command_line_names_is_not_shown_either(
     command: list[str], secret: str, project: Path, capsys: pytest.CaptureFixture[str]

@@ -63,7 +63,7 @@ def test_repairs_of_slips_that_were_found_change_nothing_else(tmp_path: Path) ->
     assert not any(faults), faults
 
 
-@pytest.mark.parametrize("count", [10, pytest.param(25, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [4, pytest.param(25, marks=pytest.mark.long)])
 def test_repairs_change_nothing_else(count: int, tmp_path: Path) -> None:
     small = [path for path in specifications(tmp_path) if path.name in SMALL]
     done, faults = wrong_repairs(small, seed=1, count=count)

@@ -91,6 +91,7 @@ def test_cores_are_counted_where_none_are_assigned(monkeypatch: pytest.MonkeyPat
     assert inspect.cores() == 3
 
 
+@pytest.mark.long
 def test_processes_give_the_same_report_as_one(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

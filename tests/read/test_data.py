@@ -36,7 +36,7 @@ def _quoted(text: str) -> str:
     return '"' + "".join(escapes.get(char, char) for char in text) + '"'
 
 
-@drawn(st.dictionaries(TEXT, VALUES, min_size=1, max_size=5), few=40, many=100)
+@drawn(st.dictionaries(TEXT, VALUES, min_size=1, max_size=5), few=15, many=100)
 def test_values_come_back_as_written(value: dict[str, object]) -> None:
     document = read_text("a.yaml", _flow(value))
     assert document.diagnostics == ()

@@ -144,7 +144,7 @@ def test_encodings(tmp_path: Path) -> None:
 YAMLISH = st.text(alphabet="ab1-:,[]{}&*!|>'\"%@`#?\\~<. \n\t\r", max_size=60)
 
 
-@drawn(st.one_of(YAMLISH, st.text(max_size=60)), few=200, many=600)
+@drawn(st.one_of(YAMLISH, st.text(max_size=60)), few=60, many=600)
 @example("&a [*a, &b {*b : *a}]")
 @example("? - : - ? -")
 @example("\ufeff\ufeff")

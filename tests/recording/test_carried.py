@@ -10,7 +10,7 @@ from specc_runtime.recording import budget, snapshots
 
 from tests.recording.runs import messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
-from tests.seeds import short
+from tests.seeds import every, short
 
 SQUARES = """specc: 1.1
 system: squares
@@ -176,7 +176,7 @@ require:
 
 
 @pytest.mark.no_replay(reason="a run that went on with opaque values has no snapshot to begin with")
-@pytest.mark.parametrize("at", [1.43, 2.9])
+@pytest.mark.parametrize("at", every(2, [1.43, 2.9]))
 def test_a_specification_that_means_the_same_goes_on_as_the_recorded_one(
     at: float, tmp_path: Path
 ) -> None:
@@ -240,13 +240,16 @@ SLOWER = LOOP.replace("10 Hz", "15 Hz")
 
 @pytest.mark.parametrize(
     ("now", "words"),
-    [
-        (REAL, "b.c: input a.n is as at the beginning: 17 is no float"),
-        (REAL, "the last value of a.n of b.c is not taken over: 1 is no float"),
-        (ABSENT, "b.c: input a.m is as at the beginning: there was none"),
-        (FRESH, "b.c: whether input a.n is fresh was not asked: it is not"),
-        (SLOWER, "the specification goes on from 1.8 s"),
-    ],
+    every(
+        2,
+        [
+            (REAL, "b.c: input a.n is as at the beginning: 17 is no float"),
+            (REAL, "the last value of a.n of b.c is not taken over: 1 is no float"),
+            (ABSENT, "b.c: input a.m is as at the beginning: there was none"),
+            (FRESH, "b.c: whether input a.n is fresh was not asked: it is not"),
+            (SLOWER, "the specification goes on from 1.8 s"),
+        ],
+    ),
 )
 def test_inputs_that_cannot_be_taken_over_are_absent_and_told(
     now: str, words: str, tmp_path: Path
@@ -335,6 +338,7 @@ def test_devices_of_other_types_are_told(tmp_path: Path) -> None:
     assert "a.m: input E.seldom is as at the beginning" in told and "Traceback" not in told
 
 
+@pytest.mark.long
 def test_a_disturbance_from_the_start_on_that_is_gone_is_told(tmp_path: Path) -> None:
     (tmp_path / "cart.xml").write_text(MODEL)
     spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"

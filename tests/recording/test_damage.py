@@ -165,6 +165,7 @@ def test_a_replay_goes_on_behind_what_is_lost(
         assert "cannot be compared" not in line
 
 
+@pytest.mark.long
 def test_a_difference_behind_what_is_lost_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,6 +17,7 @@ from specc_runtime.recording.reading import RecordFile
 from tests.recording.bombs import channel, chunk, message, recording, schema
 from tests.recording.runs import CONVEYOR, specc
 from tests.recording.test_damage import _damaged_at
+from tests.seeds import short
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 pytestmark = pytest.mark.no_replay("damaged")
@@ -81,9 +82,10 @@ def test_a_whole_file() -> None:
     _same(KEPT, 60)
 
 
-def test_damaged_cut_and_recovered_files(tmp_path: Path) -> None:
+@pytest.mark.parametrize("count", short([2, 8], 0))
+def test_damaged_cut_and_recovered_files(count: int, tmp_path: Path) -> None:
     data, chance = KEPT.read_bytes(), Random(3)
-    for number in range(8):
+    for number in range(count):
         flipped = bytearray(data)
         for _ in range(3):
             flipped[chance.randrange(len(data) // 3, len(data))] ^= 1 << chance.randrange(8)
@@ -97,6 +99,7 @@ def test_damaged_cut_and_recovered_files(tmp_path: Path) -> None:
     _same(tmp_path / "new.mcap", 30)
 
 
+@pytest.mark.long
 def test_a_run_that_goes_on(tmp_path: Path) -> None:
     file = tmp_path / "on.mcap"
     done = specc("run", CONVEYOR, "--duration", 9, "--from", f"{KEPT}@5", "--record", file)

@@ -8,6 +8,7 @@ import pytest
 
 from tests.docs.examples import examples
 from tests.recording.runs import ROOT, messages, report_of, specc
+from tests.seeds import every
 
 EXAMPLE = next(
     e.text for e in examples(ROOT / "docs" / "ros2.md") if "\nsystem: careful\n" in e.text
@@ -85,7 +86,7 @@ def careful(folder: Path, plant: str, speed: str, range_: str, more: str) -> Pat
 @pytest.mark.no_replay("replayed here")
 @pytest.mark.parametrize(
     ("given", "otherwise", "changes"),
-    [(PYTHON, "NO_SAMPLE", SILENT), (PYTHON, "LOST", TOLD), (MUJOCO, "", SILENT)],
+    every(3, [(PYTHON, "NO_SAMPLE", SILENT), (PYTHON, "LOST", TOLD), (MUJOCO, "", SILENT)]),
     ids=["python", "told", "mujoco"],
 )
 def test_losses_and_returns(

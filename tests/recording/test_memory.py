@@ -23,6 +23,7 @@ def write(container: Container, begin: int, end: int) -> None:
         container.chunk([(c + 1, number, number, b"{}") for c in range(CHANNELS)])
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("of no run")
 def test_the_index_of_chunks_is_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_INDEX_BYTES", 1 << 14)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, report_of, specc
-from tests.seeds import blocks, short
+from tests.seeds import blocks, every, short
 
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
 WHOLE = ("run", CONVEYOR, "--duration", 10)
@@ -28,7 +28,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), long=8, each=10))
+@pytest.mark.parametrize("seeds", blocks([0], also=[1], long=8, each=10))
 def test_a_run_goes_on_as_it_did(seeds: Sequence[int], recorded: Path, tmp_path: Path) -> None:
     for seed in seeds:
         moment = random.Random(seed).uniform(0.01, 9.9)
@@ -116,6 +116,7 @@ def test_a_continued_run_is_replayed_with_another_specification(
     assert replayed.returncode in (0, 1) and words in replayed.stdout, replayed.stderr
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("replayed here")
 def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
     more = ("--from", f"{recorded}/run.mcap@6.41", "--record", tmp_path / "b.mcap")
@@ -135,6 +136,7 @@ def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) ->
     assert replayed.returncode == 0 and "belt.c: 71 steps are the same" in replayed.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("patience", short(["1[s]", "4[s]"], 1))
 def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_path: Path) -> None:
     for past in (("--seed", 5), ("--from", f"{recorded}/run.mcap@6")):
@@ -322,11 +324,14 @@ UNSAVED = """
 
 @pytest.mark.parametrize(
     "more",
-    [
-        "",
-        f"{UNSAVED}    def saved(self): return {{1}}",
-        f"{UNSAVED}    def saved(self): return 1 / 0",
-    ],
+    every(
+        3,
+        [
+            "",
+            f"{UNSAVED}    def saved(self): return {{1}}",
+            f"{UNSAVED}    def saved(self): return 1 / 0",
+        ],
+    ),
 )
 def test_another_specification_sees_the_last_image_of_a_camera(more: str, tmp_path: Path) -> None:
     sample = "import sys\nfrom specc_runtime.plant import NO_SAMPLE, Deferred\n"

@@ -24,7 +24,7 @@ from specc_runtime.recording.log import Log
 from specc_runtime.recording.reading import RecordFile, Recovered, Unusable
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, specc
-from tests.seeds import blocks, short
+from tests.seeds import blocks, every, short
 
 ENDLESS = ("run", CONVEYOR, "--duration", 1_000_000, "--record")
 LATE_NS = 1_000_000_000
@@ -100,12 +100,15 @@ def _closed(form: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.no_replay("replayed here")
 @pytest.mark.parametrize(
     ("where", "spec"),
-    [
-        (".", "cells/gate/gate.yaml"),
-        ("cells", "gate/gate.yaml"),
-        ("cells/gate", "../gate/./gate.yaml"),
-        ("elsewhere", "../cells/gate/gate.yaml"),
-    ],
+    every(
+        4,
+        [
+            (".", "cells/gate/gate.yaml"),
+            ("cells", "gate/gate.yaml"),
+            ("cells/gate", "../gate/./gate.yaml"),
+            ("elsewhere", "../cells/gate/gate.yaml"),
+        ],
+    ),
 )
 def test_names_of_attached_files_stay_in_a_folder(where: str, spec: str, tmp_path: Path) -> None:
     (tmp_path / "pyproject.toml").write_text("[tool.specc]\nignore = ['W']\n")
@@ -206,7 +209,7 @@ def test_recovering_in_place_keeps_a_whole_file(recorded: Path, tmp_path: Path) 
     assert list(tmp_path.iterdir()) == [file]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(8), long=15, each=20))
+@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 8), long=15, each=20))
 @pytest.mark.no_replay("damaged")
 def test_damaged_files_are_read_as_far_as_they_go(
     seeds: Sequence[int], recorded: Path, tmp_path: Path
@@ -287,6 +290,7 @@ def test_foreign_files_are_refused_and_stay(content: bytes, tmp_path: Path) -> N
     assert file.read_bytes() == content
 
 
+@pytest.mark.long
 @pytest.mark.no_replay("not of a run")
 def test_chunks_stay_small(tmp_path: Path) -> None:
     log = Log(tmp_path / "large.mcap", WallClock())

@@ -31,7 +31,7 @@ from specc_runtime.temporal import (
 
 from tests.recording.runs import ROOT, messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
-from tests.seeds import blocks
+from tests.seeds import blocks, every
 
 HAPPENS = (
     'because: a push, at: ["0.4[s]", "1.6[s]"], lasts: "0.9[s]", push: {cart: ["30[N]", 0, 0]}',
@@ -77,6 +77,7 @@ def test_a_disturbed_run_goes_on_as_it_did(seeds: Sequence[int], tmp_path: Path)
         assert f"{each['verdict']} {each['that']}" in replayed.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "duration_s"),
     [
@@ -127,7 +128,7 @@ def test_another_specification_keeps_the_scene_and_what_happened(tmp_path: Path)
 
 @pytest.mark.parametrize(
     ("changed", "setting", "code"),
-    [("", "30[N]", 1), ("", "0[N]", 0), ("the push is gone", "30[N]", 0)],
+    every(3, [("", "30[N]", 1), ("", "0[N]", 0), ("the push is gone", "30[N]", 0)]),
 )
 def test_a_push_under_way_is_that_of_the_new_specification(
     changed: str, setting: str, code: int, tmp_path: Path
@@ -146,6 +147,7 @@ def test_a_push_under_way_is_that_of_the_new_specification(
     assert done.returncode == code, done.stderr
 
 
+@pytest.mark.long
 def test_constants_of_the_recorded_run_stay_unless_set_otherwise(tmp_path: Path) -> None:
     (tmp_path / "cart.xml").write_text(MODEL)
     spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"
@@ -218,6 +220,7 @@ def _same_otherwise(one: Path, other: Path) -> bool:
     return first | {"records_sha256": "", "set": 0} == second | {"records_sha256": "", "set": 0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "at",
     [

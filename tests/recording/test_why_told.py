@@ -21,6 +21,7 @@ from specc.tools.why import Moment, NotKnown, Reasons, value_of
 from tests.commands import modules_of, specc
 from tests.recording.runs import CONVEYOR, ROOT
 from tests.recording.test_damage import _damaged_at
+from tests.seeds import every
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 pytestmark = pytest.mark.no_replay("forged or damaged")
@@ -165,20 +166,24 @@ def test_reasons_that_double_are_told_once(tmp_path: Path) -> None:
         assert len(done.stdout.splitlines()) < 60
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "command", "told"),
-    [
-        (
-            ("v_m < 0.1[rad/s])", "v_m < 0.001[rad/s])"),
-            "specc why {file}@2.25 --spec {spec}",
-            "gate.c        opening  since 2.25 s  halting terminal always -> opening",
-        ),
-        (
-            ("hold: 2 * patience}", "hold: 2 * patience / (0 if x.eye.parcel else 1)}"),
-            "specc why {file}@1.5 gate.c --spec {spec}",
-            "fault in this step: ZeroDivisionError",
-        ),
-    ],
+    every(
+        2,
+        [
+            (
+                ("v_m < 0.1[rad/s])", "v_m < 0.001[rad/s])"),
+                "specc why {file}@2.25 --spec {spec}",
+                "gate.c        opening  since 2.25 s  halting terminal always -> opening",
+            ),
+            (
+                ("hold: 2 * patience}", "hold: 2 * patience / (0 if x.eye.parcel else 1)}"),
+                "specc why {file}@1.5 gate.c --spec {spec}",
+                "fault in this step: ZeroDivisionError",
+            ),
+        ],
+    ),
 )
 def test_runs_that_go_wrong_name_the_command(
     change: tuple[str, str], command: str, told: str, tmp_path: Path
@@ -201,42 +206,46 @@ MOVING = "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])
 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
-    [
-        (
-            'patience: {is: "3[s]"',
-            'patience: {is: "0.5[s]"',
-            [
-                f"violated at 1.5 s: {HALTING}  (gate.yaml:148)",
-                "  because: a parcel in the beam is let through soon",
-                "  at 1.5 s: state(gate.c) == halting held",
-                "  state(gate.c) == opening had to hold by 2 s, 0.5 s later, and did not",
-                "  at 1.5 s: state(gate.c) = halting",
-                "  at 2 s: state(gate.c) = halting",
-            ],
-        ),
-        (
-            HALTING,
-            "always(state(gate.c) == halting implies throughout(1[s], belt.drive.v_p > 0))",
-            [
-                "  at 1.5 s: state(gate.c) == halting held",
-                "  belt.drive.v_p > 0 had to hold until 2.5 s, for 1 s, and did not all the time",
-                "  at 1.5 s: state(gate.c) = halting",
-                "  at 1.5 s: belt.drive.v_p = 0.5 rad/s",
-                "  at 2.5 s: state(gate.c) = opening",
-                "  at 2.5 s: belt.drive.v_p = 0 rad/s",
-            ],
-        ),
-        (
-            MOVING,
-            "always(state(gate.c) != opening)",
-            [
-                "violated at 2.25 s: always(state(gate.c) != opening)  (gate.yaml:146)",
-                "  because: the barrier moves up only beside a belt that stands",
-                "  at 2.25 s: state(gate.c) != opening did not hold",
-                "  at 2.25 s: state(gate.c) = opening",
-            ],
-        ),
-    ],
+    every(
+        3,
+        [
+            (
+                'patience: {is: "3[s]"',
+                'patience: {is: "0.5[s]"',
+                [
+                    f"violated at 1.5 s: {HALTING}  (gate.yaml:148)",
+                    "  because: a parcel in the beam is let through soon",
+                    "  at 1.5 s: state(gate.c) == halting held",
+                    "  state(gate.c) == opening had to hold by 2 s, 0.5 s later, and did not",
+                    "  at 1.5 s: state(gate.c) = halting",
+                    "  at 2 s: state(gate.c) = halting",
+                ],
+            ),
+            (
+                HALTING,
+                "always(state(gate.c) == halting implies throughout(1[s], belt.drive.v_p > 0))",
+                [
+                    "  at 1.5 s: state(gate.c) == halting held",
+                    "  belt.drive.v_p > 0 had to hold until 2.5 s, for 1 s, "
+                    "and did not all the time",
+                    "  at 1.5 s: state(gate.c) = halting",
+                    "  at 1.5 s: belt.drive.v_p = 0.5 rad/s",
+                    "  at 2.5 s: state(gate.c) = opening",
+                    "  at 2.5 s: belt.drive.v_p = 0 rad/s",
+                ],
+            ),
+            (
+                MOVING,
+                "always(state(gate.c) != opening)",
+                [
+                    "violated at 2.25 s: always(state(gate.c) != opening)  (gate.yaml:146)",
+                    "  because: the barrier moves up only beside a belt that stands",
+                    "  at 2.25 s: state(gate.c) != opening did not hold",
+                    "  at 2.25 s: state(gate.c) = opening",
+                ],
+            ),
+        ],
+    ),
 )
 def test_a_violated_requirement_is_explained(
     old: str, new: str, told: list[str], tmp_path: Path
@@ -288,16 +297,19 @@ _STEP = {
 
 @pytest.mark.parametrize(
     "odd",
-    [
-        {"x": {"eye": {"parcel": "\x1b[31m"}}, "y": {"belt": {"go": ["a"]}}},
-        {"x": {"eye": 1}, "y": 7, "memory": 8},
-        {"x": {"eye": {"parcel": [[[]]] * 999}}, "before": "\x1b[2Jno", "state": "n" * 99999},
-        {"row": "x", "transition": "::error::\n" * 999, "state": "\x1b]0;"},
-        {"cause": [1], "row": None, "before": None},
-        {"stamp": 2**70, "time": 1e308},
-        {"fault": {"a": "\x1b[31m"}, "conditions": {"parcel_gone": 3}},
-        {"y": {"belt": {"go": 1e999, "hold": {}}, "barrier": None}},
-    ],
+    every(
+        3,
+        [
+            {"x": {"eye": {"parcel": "\x1b[31m"}}, "y": {"belt": {"go": ["a"]}}},
+            {"x": {"eye": 1}, "y": 7, "memory": 8},
+            {"x": {"eye": {"parcel": [[[]]] * 999}}, "before": "\x1b[2Jno", "state": "n" * 99999},
+            {"row": "x", "transition": "::error::\n" * 999, "state": "\x1b]0;"},
+            {"cause": [1], "row": None, "before": None},
+            {"stamp": 2**70, "time": 1e308},
+            {"fault": {"a": "\x1b[31m"}, "conditions": {"parcel_gone": 3}},
+            {"y": {"belt": {"go": 1e999, "hold": {}}, "barrier": None}},
+        ],
+    ),
 )
 def test_messages_of_strangers(odd: dict[str, Any], tmp_path: Path) -> None:
     file = tmp_path / "odd.mcap"

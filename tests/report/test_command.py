@@ -142,6 +142,7 @@ def test_results_lead_to_the_sections_of_their_recordings(small: Path, tmp_path:
     assert data_of(out, "run-0")["hello"]["file"] == "small.mcap"
 
 
+@pytest.mark.long
 def test_it_says_how_the_specification_is_named(tmp_path: Path) -> None:
     """With the words of the command, as the recordings of results are not named in it."""
     run = specc("run", ROOT / "specs/examples/tray_cell.yaml", "--duration", 0.1, "--record",

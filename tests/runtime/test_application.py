@@ -271,6 +271,7 @@ def test_animation_shows_the_same_in_fewer_pictures(
         assert abs(now.astype(float) - then).mean() < 5.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", short(["run.mp4", "run.webp"], 0))
 def test_a_film_has_a_picture_at_least(name: str, tmp_path: Path) -> None:
     import cv2

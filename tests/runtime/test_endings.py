@@ -115,7 +115,7 @@ DEAF = (
 
 
 @pytest.mark.parametrize(
-    ("number", "is_early"), short(product([signal.SIGINT, signal.SIGTERM], [False, True]), 0, 3)
+    ("number", "is_early"), short(product([signal.SIGINT, signal.SIGTERM], [False, True]), 0)
 )
 def test_a_signal_ends_a_run_whose_model_does_not_load(
     tmp_path: Path, number: signal.Signals, is_early: bool
@@ -271,7 +271,7 @@ CATCHES = """say('busy')
 
 @pytest.mark.parametrize(
     ("method", "hangs"),
-    short(product(["init", "reset", "close"], [SLEEPS.format(1000), CATCHES]), 0, 3),
+    short(product(["init", "reset", "close"], [SLEEPS.format(1000), CATCHES]), 0),
 )
 def test_a_plant_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, method: str, hangs: str
@@ -323,7 +323,7 @@ def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> No
 
 @pytest.mark.parametrize(
     ("drive", "rate"),
-    short(product([NAPS, IN_C, SWALLOWS, HANGS], ["100 Hz", "10 Hz"]), 0, 3),
+    short(product([NAPS, IN_C, SWALLOWS, HANGS], ["100 Hz", "10 Hz"]), 3),
 )
 def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, drive: str, rate: str
@@ -502,6 +502,7 @@ def _closed_output() -> None:
     os.close(1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("before", short([None, _closed_output], 0))
 def test_an_output_that_takes_nothing(tmp_path: Path, before: Callable[[], None] | None) -> None:
     package = hinge(tmp_path)
@@ -556,6 +557,7 @@ except Abandoned as abandoned:
 """
 
 
+@pytest.mark.long
 def test_a_signal_just_before_a_call_that_blocks_is_heard() -> None:
     done = subprocess.run(
         [sys.executable, "-c", UNHEARD], capture_output=True, text=True, timeout=60, check=True

@@ -193,7 +193,7 @@ def report_in(folder: Path) -> dict[str, Any]:
 READY = "arrows up and down change"
 
 
-@pytest.mark.parametrize("pace", [[], ["--real-time"]])
+@pytest.mark.parametrize("pace", short([[], ["--real-time"]], 0))
 def test_keys_operate_a_run_until_ctrl_c(
     terminal: Callable[..., Terminal], tmp_path: Path, pace: Sequence[str]
 ) -> None:
@@ -213,6 +213,7 @@ def test_keys_operate_a_run_until_ctrl_c(
     assert 0.5 < report["real_time_factor"] < 1.01, "it goes as the clock does"
 
 
+@pytest.mark.long
 def test_the_terminal_is_restored_after_a_fault(terminal: Callable[..., Terminal]) -> None:
     assume = "        assume: [{that: x.R.n < 3, because: of the test}]\n        behaviours:"
     run = terminal(PRESSED.replace("        behaviours:", assume, 1), "--duration", 600)
@@ -223,6 +224,7 @@ def test_the_terminal_is_restored_after_a_fault(terminal: Callable[..., Terminal
     assert run.is_canonical
 
 
+@pytest.mark.long
 def test_the_terminal_is_restored_when_a_run_is_over(terminal: Callable[..., Terminal]) -> None:
     run = terminal(PRESSED, "--duration", 0.5, "--speed", 10)
     run.until(READY)
@@ -230,7 +232,7 @@ def test_the_terminal_is_restored_when_a_run_is_over(terminal: Callable[..., Ter
     assert run.is_canonical
 
 
-@pytest.mark.parametrize("number", short([signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT], 0))
+@pytest.mark.parametrize("number", short([signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]))
 def test_the_terminal_is_restored_after_a_signal(
     terminal: Callable[..., Terminal], number: signal.Signals
 ) -> None:
@@ -259,17 +261,20 @@ def test_the_terminal_is_restored_if_a_step_never_ends(terminal: Callable[..., T
     assert run.is_canonical
 
 
-def test_what_is_held_and_what_is_no_terminal_are_refused(
-    terminal: Callable[..., Terminal], tmp_path: Path
-) -> None:
+@pytest.mark.long
+def test_what_is_held_is_refused(terminal: Callable[..., Terminal]) -> None:
     run = terminal(SPEC)
     assert run.end() == 2
     assert f"error: --keys: {ENABLE} has to be held, " in run.text.replace("\r\n", " ")
     assert run.is_canonical
+
+
+@pytest.mark.parametrize("standard_input", short([subprocess.DEVNULL, subprocess.PIPE], 0))
+def test_what_is_no_terminal_is_refused(standard_input: int, tmp_path: Path) -> None:
+    (tmp_path / "desk.yaml").write_text(PRESSED)
     command = [sys.executable, "-m", "specc", "run", tmp_path / "desk.yaml", "--keys"]
-    for standard_input in (subprocess.DEVNULL, subprocess.PIPE):
-        found = subprocess.run(
-            command, stdin=standard_input, capture_output=True, text=True, check=False
-        )
-        assert found.returncode == 2
-        assert "error: --keys: standard input is no terminal; " in found.stderr
+    found = subprocess.run(
+        command, stdin=standard_input, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 2
+    assert "error: --keys: standard input is no terminal; " in found.stderr

@@ -15,6 +15,7 @@ from specc_runtime.system import LiveConstant
 from tests.recording.runs import messages, report_of, specc
 from tests.runtime.apart import Run, built
 from tests.runtime.test_disturbances import MODEL, SPEC
+from tests.seeds import every
 
 CONSTANTS = """constants:
   v: {is: "1[m/s]", range: [0, 2], live: true}
@@ -86,7 +87,7 @@ def operate(patch: pytest.MonkeyPatch, changes: Changes) -> None:
     patch.setattr(application, "Session", Operated)
 
 
-@pytest.mark.parametrize("value", [0.0, 0.3, 1.7, 2.0])
+@pytest.mark.parametrize("value", every(4, [0.0, 0.3, 1.7, 2.0]))
 def test_a_change_at_the_start_is_a_value_that_is_set(value: float, tmp_path: Path) -> None:
     adjusted = ran(spec_in(tmp_path, f'at: "0[s]", adjust: {{v: "{value}[m/s]", most: 4}}'))
     given = ran(spec_in(tmp_path), "--set", f"v={value}", "--set", "most=4")
@@ -118,7 +119,7 @@ def test_threads_see_a_change_as_if_there_were_none(tmp_path: Path) -> None:
     assert ran(spec)["records_sha256"] == ran(spec, "--inline")["records_sha256"]
 
 
-@pytest.mark.parametrize("at", [0.9, 1.26, 2.4])
+@pytest.mark.parametrize("at", every(3, [0.9, 1.26, 2.4]))
 def test_a_run_with_changes_is_replayed_and_goes_on(
     at: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,16 +152,19 @@ def test_a_recording_tells_what_a_constant_was(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value", "why"),
-    [
-        ("v", 2.1, "v is not 2.1 m/s: its range is 0 to 2 m/s"),
-        ("v", -0.1, "v is not -0.1 m/s: its range is 0 to 2 m/s"),
-        ("v", float("nan"), "v is not nan m/s: its range is 0 to 2 m/s"),
-        ("v", "fast", "v is a number, and not 'fast'"),
-        ("v", True, "v is a number, and not True"),
-        ("most", 2.0, "most is a whole number, and not 2.0"),
-        ("most", 6, "most is not 6: its range is 1 to 5"),
-        ("far", 2.0, "far is no constant that may change; there are: v, most"),
-    ],
+    every(
+        3,
+        [
+            ("v", 2.1, "v is not 2.1 m/s: its range is 0 to 2 m/s"),
+            ("v", -0.1, "v is not -0.1 m/s: its range is 0 to 2 m/s"),
+            ("v", float("nan"), "v is not nan m/s: its range is 0 to 2 m/s"),
+            ("v", "fast", "v is a number, and not 'fast'"),
+            ("v", True, "v is a number, and not True"),
+            ("most", 2.0, "most is a whole number, and not 2.0"),
+            ("most", 6, "most is not 6: its range is 1 to 5"),
+            ("far", 2.0, "far is no constant that may change; there are: v, most"),
+        ],
+    ),
 )
 def test_a_wrong_change_is_refused(
     name: str, value: Any, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -220,6 +224,7 @@ agents:
 """
 
 
+@pytest.mark.long
 def test_a_process_sees_a_change_as_all_others_do(tmp_path: Path) -> None:
     package, digests = built(tmp_path, ALONE), set()
     for apart in ((), ("b.c",), ("a.c", "b.c")):

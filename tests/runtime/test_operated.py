@@ -11,6 +11,7 @@ import pytest
 from tests.recording.runs import messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL
 from tests.runtime.test_disturbances import SPEC as CART
+from tests.seeds import every
 
 SPEC = """\
 specc: 1.3
@@ -73,24 +74,31 @@ def test_without_an_operator_all_is_as_declared(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("happens", "element", "stamps"),
-    [
-        ('at: "1[s]", press: [desk.R.panel.start]', "start", [10]),
-        ('at: "1.01[s]", press: [desk.R.panel.start]', "start", [11]),
-        ('at: "1[s]", every: "0.5[s]", press: [desk.R.panel.start]', "start", [10, 15, 20, 25]),
-        ('at: "1[s]", lasts: "0.5[s]", press: [desk.R.panel.enable]', "enable", [*range(10, 15)]),
-        ('at: "2[s]", press: [desk.R.panel.enable]', "enable", [*range(20, 30)]),
-        (
-            'at: "1[s]", every: "1[s]", lasts: "0.2[s]", press: [desk.R.panel.enable]',
-            "enable",
-            [10, 11, 20, 21],
-        ),
-        ('at: "1.5[s]", turn: {desk.R.panel.stop: true}', "stop", [*range(15, 30)]),
-        (
-            'when: "state(desk.c) == S1", lasts: "0.3[s]", press: [desk.R.panel.enable]',
-            "enable",
-            [],
-        ),
-    ],
+    every(
+        3,
+        [
+            ('at: "1[s]", press: [desk.R.panel.start]', "start", [10]),
+            ('at: "1.01[s]", press: [desk.R.panel.start]', "start", [11]),
+            ('at: "1[s]", every: "0.5[s]", press: [desk.R.panel.start]', "start", [10, 15, 20, 25]),
+            (
+                'at: "1[s]", lasts: "0.5[s]", press: [desk.R.panel.enable]',
+                "enable",
+                [*range(10, 15)],
+            ),
+            ('at: "2[s]", press: [desk.R.panel.enable]', "enable", [*range(20, 30)]),
+            (
+                'at: "1[s]", every: "1[s]", lasts: "0.2[s]", press: [desk.R.panel.enable]',
+                "enable",
+                [10, 11, 20, 21],
+            ),
+            ('at: "1.5[s]", turn: {desk.R.panel.stop: true}', "stop", [*range(15, 30)]),
+            (
+                'when: "state(desk.c) == S1", lasts: "0.3[s]", press: [desk.R.panel.enable]',
+                "enable",
+                [],
+            ),
+        ],
+    ),
 )
 def test_buttons_and_switches_are_true_when_they_are_operated(
     happens: str, element: str, stamps: list[int], tmp_path: Path
@@ -120,6 +128,7 @@ def test_what_is_turned_stays_so(tmp_path: Path) -> None:
     assert [each["by"] for each in report["panel"]] == ["task"] * 5
 
 
+@pytest.mark.long
 def test_values_are_drawn_from_the_seed(tmp_path: Path) -> None:
     turn = (
         'at: "1[s]", turn: {desk.R.panel.v: ["0.1[m/s]", fast], desk.R.panel.n: {one_of: [0, 2]}, '

@@ -15,6 +15,8 @@ import pytest
 from specc_runtime.punctuality import DONE, Punctuality, in_words
 from specc_runtime.scheduling import MAIN, THREADS
 
+from tests.seeds import every
+
 CALLS: list[tuple[Any, ...]] = []
 FROZEN = [0]
 """How many objects."""
@@ -51,6 +53,7 @@ def test_all_that_is_permitted_is_done_and_undone(calls: list[tuple[Any, ...]]) 
     assert calls[-2:] == [(0, before), ("unlock",)]
 
 
+@pytest.mark.long
 def test_other_threads_go_before_ordinary_ones_and_behind_the_main_one(
     calls: list[tuple[Any, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -83,7 +86,7 @@ def test_what_others_have_frozen_stays_so() -> None:
     assert FROZEN == [14]
 
 
-@pytest.mark.parametrize(("given", "then"), [(100_000, 700), (300, 300), (0, 0)])
+@pytest.mark.parametrize(("given", "then"), every(3, [(100_000, 700), (300, 300), (0, 0)]))
 def test_collections_are_short_whatever_a_command_has_set(given: int, then: int) -> None:
     before = gc.get_threshold()
     try:

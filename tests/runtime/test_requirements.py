@@ -10,6 +10,7 @@ import pytest
 
 from specc.cli import main
 from specc.tools.sweep.running import figures_of
+from tests.seeds import every
 
 SPEC = """
 specc: 1.1
@@ -57,25 +58,34 @@ def watched(folder: Path, text: str, code: int, duration: str = "2") -> dict[str
 
 @pytest.mark.parametrize(
     ("text", "margin"),
-    [
-        ("always(counter.c.v <= 2[m/s])", 0.0),
-        ("always(counter.c.v < 2.5[m/s])", 0.5),
-        (
-            "always(counter.c.n > 4 implies within(patience, state(counter.c) == resting))",
-            1,
-        ),
-        ("always(state(counter.c) == resting implies historically(1[s], counter.c.v > 0))", 0.25),
-        ("always(present(listener.c.x.counter.v) implies listener.c.x.counter.v >= 0)", 0.0),
-        ("always(listener.c.seen < 2[m/s])", 0.25),
-        ("within(1[s], counter.c.n == 8)", None),
-        ("always(0 <= counter.c.v < 2.5[m/s])", 0.25),
-        ("always(all(v > 0.25[m/s] for v in counter.c.w))", 0.75),
-        ("always(all(0 < v < 5[m/s] for v in counter.c.w))", 1.0),
-        ("always(any(v > 1.5[m/s] and not v > 2.25[m/s] for v in counter.c.w))", 0.25),
-        ("always(any(counter.c.n == 0 or v > 1.5[m/s] for v in counter.c.w))", 0.5),
-        # What is compared only as long as the rest does not hold may have no value.
-        ("always(any(counter.c.n > 0 or listener.c.x.counter.v > v for v in counter.c.w))", 2.0),
-    ],
+    every(
+        2,
+        [
+            ("always(counter.c.v <= 2[m/s])", 0.0),
+            ("always(counter.c.v < 2.5[m/s])", 0.5),
+            (
+                "always(counter.c.n > 4 implies within(patience, state(counter.c) == resting))",
+                1,
+            ),
+            (
+                "always(state(counter.c) == resting implies historically(1[s], counter.c.v > 0))",
+                0.25,
+            ),
+            ("always(present(listener.c.x.counter.v) implies listener.c.x.counter.v >= 0)", 0.0),
+            ("always(listener.c.seen < 2[m/s])", 0.25),
+            ("within(1[s], counter.c.n == 8)", None),
+            ("always(0 <= counter.c.v < 2.5[m/s])", 0.25),
+            ("always(all(v > 0.25[m/s] for v in counter.c.w))", 0.75),
+            ("always(all(0 < v < 5[m/s] for v in counter.c.w))", 1.0),
+            ("always(any(v > 1.5[m/s] and not v > 2.25[m/s] for v in counter.c.w))", 0.25),
+            ("always(any(counter.c.n == 0 or v > 1.5[m/s] for v in counter.c.w))", 0.5),
+            # What is compared only as long as the rest does not hold may have no value.
+            (
+                "always(any(counter.c.n > 0 or listener.c.x.counter.v > v for v in counter.c.w))",
+                2.0,
+            ),
+        ],
+    ),
 )
 def test_what_holds_is_met(tmp_path: Path, text: str, margin: float | None) -> None:
     found = watched(tmp_path, text, code=0)

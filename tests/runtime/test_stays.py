@@ -14,7 +14,7 @@ from specc_runtime.temporal import FALSE, TRUE, UNKNOWN, Judgement, Stays, Watch
 
 from specc.cli import main
 from tests.runtime.test_requirements import SPEC
-from tests.seeds import blocks
+from tests.seeds import blocks, every
 
 ABSENT = object()
 VALUES: Sequence[tuple[object, ...]] = (
@@ -124,16 +124,19 @@ def judged(folder: Path, text: str, code: int) -> dict[str, Any]:
 # The counter counts until 0.7 s, at 10 Hz; what it sends is 1.75 m/s from 0.8 s on.
 @pytest.mark.parametrize(
     ("text", "verdict", "time_s"),
-    [
-        ("always(stays(counter.c.n, 0.3[s]) implies state(counter.c) == resting)", "met", None),
-        ("always(not stays(counter.c.n, 0.5[s]))", "violated", 1.2),
-        ("always(not stays(listener.c.x.counter.v, 0.5[s]))", "violated", 1.3),
-        ("always(stays(counter.c.w, patience) or counter.c.n <= 5)", "met", None),
-        ("always(stays([counter.c.n, 1], 0.3[s]) implies counter.c.n == 8)", "met", None),
-        ("always(stays(counter.c.n > 3, 0.5[s]) implies counter.c.n == 8)", "met", None),
-        ("within(1[s], stays(state(counter.c), 0.8[s]))", "violated", 0),
-        ("within(2[s], historically(0.2[s], stays(counter.c.n, 0.2[s])))", "met", None),
-    ],
+    every(
+        2,
+        [
+            ("always(stays(counter.c.n, 0.3[s]) implies state(counter.c) == resting)", "met", None),
+            ("always(not stays(counter.c.n, 0.5[s]))", "violated", 1.2),
+            ("always(not stays(listener.c.x.counter.v, 0.5[s]))", "violated", 1.3),
+            ("always(stays(counter.c.w, patience) or counter.c.n <= 5)", "met", None),
+            ("always(stays([counter.c.n, 1], 0.3[s]) implies counter.c.n == 8)", "met", None),
+            ("always(stays(counter.c.n > 3, 0.5[s]) implies counter.c.n == 8)", "met", None),
+            ("within(1[s], stays(state(counter.c), 0.8[s]))", "violated", 0),
+            ("within(2[s], historically(0.2[s], stays(counter.c.n, 0.2[s])))", "met", None),
+        ],
+    ),
 )
 def test_runs_are_judged(tmp_path: Path, text: str, verdict: str, time_s: float | None) -> None:
     found = judged(tmp_path, text, int(verdict == "violated"))

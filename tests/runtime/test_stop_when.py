@@ -10,6 +10,7 @@ import pytest
 
 from tests.commands import ROOT, specc
 from tests.recording.runs import messages, report_of
+from tests.seeds import every
 
 GATE = ROOT / "specs/conveyor_gate.yaml"
 PASSING = "state(gate.c) == passing"
@@ -27,7 +28,7 @@ def ran(folder: Path, formula: str, *options: object, code: int = 0) -> tuple[di
 
 @pytest.mark.parametrize(
     ("formula", "subsystem", "lasted"),
-    [(PASSING, "gate.c", 0), (f"historically(0.5[s], {PASSING})", "gate.c", 10)],
+    every(2, [(PASSING, "gate.c", 0), (f"historically(0.5[s], {PASSING})", "gate.c", 10)]),
 )
 def test_it_is_met_where_the_recording_has_it(
     tmp_path: Path, formula: str, subsystem: str, lasted: int
@@ -47,6 +48,7 @@ def test_it_is_met_where_the_recording_has_it(
     assert (done.returncode, "differs" in done.stdout) == (0, False)
 
 
+@pytest.mark.long
 def test_the_run_until_then_is_that_without_the_formula(tmp_path: Path) -> None:
     ran(tmp_path, PASSING, "--record", tmp_path / "a.mcap")
     whole = specc("run", GATE, "--duration", 6, "--record", tmp_path / "b.mcap")
@@ -86,14 +88,17 @@ def test_a_violated_requirement_wins(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("formula", "code", "at", "way"),
-    [
-        ("state(gate.c) == pasing", "O0205", "1:18", "`passing`"),
-        ("state(gat.c) == passing", "E0201", "1:7", "did you mean `gate.c`"),
-        ("belt.drive.v_p > 0.1[m]", "E0311", "1:1", "same unit"),
-        ("belt.drive.v_p >", "E0301", "1:16", "missing at the end"),
-        (f"always({PASSING})", "E0335", "1:1", "leave out `always`"),
-        (f"within(1[s], {PASSING})", "E0335", "1:1", "`once`, `historically` or `since`"),
-    ],
+    every(
+        3,
+        [
+            ("state(gate.c) == pasing", "O0205", "1:18", "`passing`"),
+            ("state(gat.c) == passing", "E0201", "1:7", "did you mean `gate.c`"),
+            ("belt.drive.v_p > 0.1[m]", "E0311", "1:1", "same unit"),
+            ("belt.drive.v_p >", "E0301", "1:16", "missing at the end"),
+            (f"always({PASSING})", "E0335", "1:1", "leave out `always`"),
+            (f"within(1[s], {PASSING})", "E0335", "1:1", "`once`, `historically` or `since`"),
+        ],
+    ),
 )
 def test_a_wrong_formula_is_refused_with_its_place(
     tmp_path: Path, formula: str, code: str, at: str, way: str

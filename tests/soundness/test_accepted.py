@@ -23,6 +23,7 @@ WRITTEN = [
 REFUSED = {"irp_picking_as_published.yaml"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("steps", "share"), [(20, 6), pytest.param(400, 1, marks=pytest.mark.long)]
 )
@@ -43,6 +44,7 @@ def test_written_specifications(steps: int, share: int) -> None:
     assert without_classes < 10 < len(WRITTEN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("steps", "share"), [(800, 0.1), pytest.param(4000, 0.3, marks=pytest.mark.long)]
 )
@@ -56,7 +58,7 @@ def test_the_flagship_goes_through_most_of_its_states(steps: int, share: float) 
     assert findings.visited > share * findings.states
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=10, each=20))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 4), long=10, each=20))
 def test_random_specifications(seeds: Seeds, tmp_path: Path) -> None:
     findings = Findings()
     for seed in seeds:
@@ -119,7 +121,7 @@ def test_the_steps_find_what_is_refused(rows: dict[str, str], tmp_path: Path) ->
     assert findings.ended["undecided where it is not proved"]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(2), also=range(2, 4), long=10, each=20))
+@pytest.mark.parametrize("seeds", blocks([0], also=range(1, 4), long=10, each=20))
 def test_random_specifications_with_constants_that_change(seeds: Seeds, tmp_path: Path) -> None:
     findings = Findings()
     for seed in seeds:

@@ -15,6 +15,7 @@ CASES = Path(__file__).parents[1] / "cases"
 CLAIMING = ("W0332", "W0333", "W0617", "W0618")
 
 
+@pytest.mark.long
 def test_no_claim_about_a_few_random_systems_is_refuted(tmp_path: Path) -> None:
     no_claim_is_refuted(3, 0, tmp_path)
 

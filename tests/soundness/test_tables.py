@@ -125,7 +125,7 @@ def for_machine(given: Any, element: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    "seeds", blocks([*range(4), 99000040], also=range(4, 12), long=10, each=20)
+    "seeds", blocks(range(2), also=[*range(2, 12), 99000040], long=10, each=20)
 )
 def test_random_tables(seeds: Seeds, folder: Path) -> None:
     counts: Counter[str] = Counter()

@@ -55,6 +55,7 @@ def test_links_are_refused(runs: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert sorted(path.name for path in outside.iterdir()) == ["mine.png", "mine.txt"]
 
 
+@pytest.mark.long
 def test_rows_are_data(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Whatever stands in them becomes a table, or is refused; nothing is printed raw."""
     before = {path for path in tmp_path.rglob("*") if runs.resolve() not in path.parents}
@@ -85,6 +86,7 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hostile.begun("--seeds=0:1")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("begun")
 def test_a_table_out_of_proportion_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """Every row has a field for each column, whichever run has it."""

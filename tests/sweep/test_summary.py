@@ -63,6 +63,7 @@ def test_order_statistics_around_the_median(count: int, ranks: tuple[int, int]) 
     assert (found.low, found.value, found.high) == (ranks[0], (count + 1) / 2, ranks[1])
 
 
+@pytest.mark.long
 def test_order_statistics_of_very_many_numbers() -> None:
     """n / 2 - z / 2 * sqrt(n), as the normal distribution has it."""
     found = median([float(i) for i in range(1, 1_000_001)])

@@ -146,6 +146,7 @@ def _arguments(process: Path) -> str:
         return ""
 
 
+@pytest.mark.long
 def test_a_run_that_a_limit_ended_is_made_again_with_a_longer_one(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     options = ("--seeds", "0:1", "--duration", "1")
@@ -222,7 +223,9 @@ def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None
         (["--limit", "0"], 2, "'0' is not a number of seconds from 0.001 to 10000000"),
         (["--limit", "inf"], 2, "'inf' is not a number of seconds from 0.001 to 10000000"),
         (["--workers", "10000"], 2, "'10000' is not a whole number from 1 to 9999"),
-        (["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there"),
+        pytest.param(
+            ["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there", marks=pytest.mark.long
+        ),
     ],
 )
 def test_wrong_usage(options: list[str], code: int, told: str, tmp_path: Path) -> None:
@@ -418,6 +421,7 @@ def test_code_of_two_versions_is_not_mixed(
     assert "was changed meanwhile; begin again" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_files_behind_links_are_found_in_the_copy(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "specs/plants", tmp_path / "models")
     (tmp_path / "plants").symlink_to("models")

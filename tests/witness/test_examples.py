@@ -24,7 +24,7 @@ from specc.search.example import value_text
 from specc.search.search import Inverter, Thresholds
 from specc.search.situation import FreeVariables
 from tests.lower.test_law import systems
-from tests.seeds import examples
+from tests.seeds import every, examples
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
 from tests.witness.shown import refuted_of, shown, shows
@@ -54,7 +54,7 @@ def test_examples_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None
         shown(*refutation)
 
 
-@pytest.mark.parametrize("name", OVERLAPS)
+@pytest.mark.parametrize("name", every(2, list(OVERLAPS)))
 def test_examples_of_every_kind_of_value(name: str, tmp_path: Path) -> None:
     for refutation in refuted(spec(tmp_path, *OVERLAPS[name])):
         shown(*refutation)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from specc_runtime.faults import UndecidedTransition
 
+from tests.seeds import every
 from tests.witness.runs import run, written
 
 SPEC = """\
@@ -80,7 +81,7 @@ def test_a_mode_is_resumed_on_the_way(tmp_path: Path) -> None:
     assert (error.state, error.cause, error.rows) == ("lifting", "terminal", ())
 
 
-@pytest.mark.parametrize("state", ["looking", "lifting", "placing"])
+@pytest.mark.parametrize("state", every(3, ["looking", "lifting", "placing"]))
 def test_the_time_of_a_mode_is_waited_for_where_that_is_possible(
     state: str, tmp_path: Path
 ) -> None:

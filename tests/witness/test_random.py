@@ -83,7 +83,7 @@ def test_scenarios_of_random_machines(examples: int) -> None:
     assert outcomes["found"]
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), also=range(3, 30), long=4, each=20))
+@pytest.mark.parametrize("seeds", blocks([1], also=[0, *range(2, 30)], long=4, each=20))
 def test_scenarios_of_random_machines_with_modes(seeds: Seeds, tmp_path: Path) -> None:
     for seed in seeds:
         result = counting(Random(seed), tmp_path, with_modes=True, narrowed=True)

@@ -51,6 +51,7 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
     return Seed(tuple(edits), ()).text(sheet)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["conveyor_gate.yaml", pytest.param("irp_picking.yaml", marks=pytest.mark.long)]
 )

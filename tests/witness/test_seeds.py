@@ -33,16 +33,17 @@ CASES = list(seeded())
 
 
 def firsts() -> Iterator[bool]:
-    """Whether a case is the first of its class of faults in the smallest specification."""
-    chosen: dict[str, tuple[int, str]] = {}
+    """Whether a case is the first in the smallest specification whose fault has its codes."""
+    chosen: dict[frozenset[str], tuple[int, str]] = {}
     for name, bed, _ in CASES:
         own = len(bed.sheet.text), name
-        chosen[_class(name)] = min(own, chosen.get(_class(name), own), key=lambda each: each[0])
-    return (chosen[_class(name)][1] == name for name, _, _ in CASES)
+        chosen[_codes(name)] = min(own, chosen.get(_codes(name), own), key=lambda each: each[0])
+    return (chosen[_codes(name)][1] == name for name, _, _ in CASES)
 
 
-def _class(name: str) -> str:
-    return name.partition(": ")[2].rpartition(" ")[0]
+def _codes(name: str) -> frozenset[str]:
+    fault = name.partition(": ")[2].rpartition(" ")[0]
+    return next(each.codes & CODES for each in FAULTS if each.name == fault)
 
 
 FIRST_OF_EACH = [

@@ -159,6 +159,7 @@ agents:
 """
 
 
+@pytest.mark.long
 def test_operators_of_one_identifier(tmp_path: Path) -> None:
     path = tmp_path / "spec.yaml"
     path.write_text(ALIKE, encoding="utf-8")

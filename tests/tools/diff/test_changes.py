@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.diff import Difference
+from tests.seeds import every
 from tests.tools.diff.conftest import BASE, Differ, edited
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -112,7 +113,9 @@ DIFFERENCES: list[tuple[list[Edit], list[Found]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("edits", "found"), DIFFERENCES, ids=lambda value: str(value)[:60])
+@pytest.mark.parametrize(
+    ("edits", "found"), every(2, DIFFERENCES), ids=lambda value: str(value)[:60]
+)
 def test_differences(edits: list[Edit], found: list[Found], differ: Differ) -> None:
     comparison = differ(BASE, edited(*edits))
     assert sorted(map(brief, comparison.differences)) == sorted(found)
@@ -180,7 +183,7 @@ REMARKS: list[tuple[list[Edit], list[Found]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("edits", "found"), REMARKS, ids=lambda value: str(value)[:60])
+@pytest.mark.parametrize(("edits", "found"), every(2, REMARKS), ids=lambda value: str(value)[:60])
 def test_changes_that_leave_the_meaning(
     edits: list[Edit], found: list[Found], differ: Differ
 ) -> None:

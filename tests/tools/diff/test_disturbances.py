@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.seeds import every
 from tests.tools.diff.conftest import BASE, Differ
 
 MOVE = '{at: "1[s]", move: {s: "1[m]"}, because: it slips}'
@@ -24,21 +25,28 @@ def disturbed(*disturbances: str) -> str:
 
 @pytest.mark.parametrize(
     ("old", "new", "changes"),
-    [
-        ((MOVE, PUSH, BLOCK), (BLOCK, MOVE, PUSH), []),
-        ((BLOCK,), (BLOCK.replace("a, b", "b, a"),), []),
-        ((MOVE,), (SHIFT,), [("move s", "removed", ""), ("shift s", "added", "")]),
-        ((SHIFT,), (SHIFT, SHIFT), [("shift s (2)", "added", "")]),
-        ((MOVE,), (MOVE.replace('at: "1', 'at: "2'),), [("move s", "changed", "at")]),
-        ((MOVE,), (MOVE.replace('s: "1', 's: "2'),), [("move s", "changed", "move s")]),
-        ((PUSH,), (PUSH.replace('"1[N]"', '"2[N]"'),), [("push cart", "changed", "push cart.z")]),
-        ((WRONG,), (WRONG.replace("3[s]", "4[s]"),), [(BOTH, "changed", "every")]),
-        ((WRONG,), (WRONG.replace("0.5", "0.6"),), [(BOTH, "changed", "probability")]),
-        ((WRONG,), (WRONG.replace(": 2", ": 3"),), [(BOTH, "changed", f"scale {MEASURED}")]),
-        ((WRONG,), (WRONG.replace('"1[m]', '"2[m]'),), [(BOTH, "changed", f"bias {MEASURED}")]),
-        ((PUSH,), (PUSH.replace("idle", "going"),), [("push cart", "changed", "when")]),
-        ((PUSH,), (PUSH.replace('lasts: "1[s]", ', ""),), [("push cart", "changed", "lasts")]),
-    ],
+    every(
+        2,
+        [
+            ((MOVE, PUSH, BLOCK), (BLOCK, MOVE, PUSH), []),
+            ((BLOCK,), (BLOCK.replace("a, b", "b, a"),), []),
+            ((MOVE,), (SHIFT,), [("move s", "removed", ""), ("shift s", "added", "")]),
+            ((SHIFT,), (SHIFT, SHIFT), [("shift s (2)", "added", "")]),
+            ((MOVE,), (MOVE.replace('at: "1', 'at: "2'),), [("move s", "changed", "at")]),
+            ((MOVE,), (MOVE.replace('s: "1', 's: "2'),), [("move s", "changed", "move s")]),
+            (
+                (PUSH,),
+                (PUSH.replace('"1[N]"', '"2[N]"'),),
+                [("push cart", "changed", "push cart.z")],
+            ),
+            ((WRONG,), (WRONG.replace("3[s]", "4[s]"),), [(BOTH, "changed", "every")]),
+            ((WRONG,), (WRONG.replace("0.5", "0.6"),), [(BOTH, "changed", "probability")]),
+            ((WRONG,), (WRONG.replace(": 2", ": 3"),), [(BOTH, "changed", f"scale {MEASURED}")]),
+            ((WRONG,), (WRONG.replace('"1[m]', '"2[m]'),), [(BOTH, "changed", f"bias {MEASURED}")]),
+            ((PUSH,), (PUSH.replace("idle", "going"),), [("push cart", "changed", "when")]),
+            ((PUSH,), (PUSH.replace('lasts: "1[s]", ', ""),), [("push cart", "changed", "lasts")]),
+        ],
+    ),
 )
 def test_what_is_different_is_told(
     differ: Differ, old: tuple[str], new: tuple[str], changes: list[tuple[str, str, str]]

@@ -6,6 +6,7 @@ import pytest
 
 from specc.tools.diff import Comparison
 from tests.commands import ROOT
+from tests.seeds import every
 from tests.tools.diff.conftest import Differ
 
 ARM = (ROOT / "tests/tools/modes.yaml").read_text(encoding="utf-8")
@@ -98,7 +99,7 @@ def test_a_state_that_has_no_error_any_more_is_a_difference(differ: Differ) -> N
 
 @pytest.mark.parametrize(
     ("edits", "found"),
-    [
+    every(2, [
         (
             [("[working, tired, always, failed]", "[working, tired, always, halted]")],
             ["row working --tired--> failed removed", "row working --tired--> halted added"],
@@ -142,7 +143,7 @@ def test_a_state_that_has_no_error_any_more_is_a_difference(differ: Differ) -> N
             ["row paused --terminal--> resume(working) removed",
              "row paused --terminal--> looking added"],
         ),
-    ],
+    ]),
 )  # fmt: skip
 def test_differences(edits: Edits, found: list[str], differ: Differ) -> None:
     assert brief(differ(ARM, edited(ARM, edits))) == found

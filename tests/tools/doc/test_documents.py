@@ -22,6 +22,7 @@ from specc.tools.doc.departures import departures_in
 from specc.tools.doc.document import DocumentText, DocumentWriter
 from tests.commands import specc
 from tests.compiled import SPECS
+from tests.seeds import every
 
 ROOT = SPECS.parent
 ALL = sorted(
@@ -80,7 +81,7 @@ def numbers_in(part: Any, seen: set[int]) -> Iterator[tuple[str, int]]:
             yield from numbers_in(getattr(part, field.name), seen)
 
 
-@pytest.mark.parametrize("path", SHORT)
+@pytest.mark.parametrize("path", every(3, SHORT))
 def test_every_number_is_shown_once(path: str) -> None:
     result = pipeline.compile_spec(str(ROOT / path))
     wanted = set(numbers_in(result.system, set()))
@@ -184,6 +185,7 @@ def test_names_of_strangers_are_text(tmp_path: Path) -> None:
     assert (tmp_path / "out/hostile.pdf").read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.long
 def test_what_cannot_be_read_or_written(tmp_path: Path) -> None:
     path = tmp_path / "hostile.yaml"
     path.write_text(HOSTILE, "utf-8")

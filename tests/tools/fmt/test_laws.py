@@ -101,7 +101,7 @@ def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> 
     return "\n" + lines
 
 
-@drawn(st.dictionaries(names, data, min_size=1, max_size=4), st.data(), few=40, many=80)
+@drawn(st.dictionaries(names, data, min_size=1, max_size=4), st.data(), few=15, many=80)
 def test_laws_hold_for_any_style(value: dict[str, Any], chosen: st.DataObject) -> None:
     text = plain(value, chosen.draw, 0, False, [])
     assert read_text("a.yaml", text).data == value
@@ -115,7 +115,7 @@ def texts() -> list[str]:
 
 
 @pytest.mark.long
-@drawn(st.data(), few=25, many=50)
+@drawn(st.data(), few=10, many=50)
 def test_laws_hold_with_comments_anywhere(chosen: st.DataObject) -> None:
     lines = chosen.draw(st.sampled_from(texts())).split("\n")
     for _ in range(chosen.draw(st.integers(1, 4))):

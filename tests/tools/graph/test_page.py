@@ -14,6 +14,7 @@ from specc.tools.graph.diagram import Arc, Box, Cluster, Diagram, line
 from specc.tools.graph.formats import draw_svg
 from specc.tools.graph.page import machine_picture, structure_picture
 from specc.tools.graph.tags import TaggedDiagram
+from tests.seeds import every
 from tests.tools.graph.test_dot import HOSTILE
 
 GROUP = "{http://www.w3.org/2000/svg}g"
@@ -37,6 +38,7 @@ def classes(svg: str) -> dict[str, list[str]]:
     return {each.attrib["id"]: each.attrib.get("class", "").split() for each in groups}
 
 
+@pytest.mark.long
 def test_states_and_rows_have_ids() -> None:
     drawn = machine_picture(subsystem("conveyor_gate", "gate.c"), "p1")
     of = classes(drawn.svg)
@@ -80,7 +82,7 @@ def test_copies_are_one_part() -> None:
     assert {*drawn.parts.values(), *drawn.arcs.values()} <= set(classes(drawn.svg))
 
 
-@pytest.mark.parametrize("name", sorted(map(str, Path("specs").glob("*.yaml"))))
+@pytest.mark.parametrize("name", every(3, sorted(map(str, Path("specs").glob("*.yaml")))))
 def test_pictures_of_one_page_share_no_id(name: str) -> None:
     read = system(Path(name).stem)
     drawn = [structure_picture(read, "p0").svg]

@@ -380,7 +380,7 @@ def test_a_parallel_state_is_not_said_to_be_missing(
     assert told in [d.message for d in made.diagnostics]
 
 
-@pytest.mark.parametrize("examples", examples(20, 60))
+@pytest.mark.parametrize("examples", examples(6, 60))
 def test_rows_do_what_an_interpreter_of_charts_does(examples: int, workshop: Workshop) -> None:
     @settings(max_examples=examples, deadline=None)
     @given(charts())

@@ -7,6 +7,7 @@ import pytest
 from specc.tools.lsp import features
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
+from tests.seeds import every
 from tests.tools.lsp.workspace import edited, place
 
 LIFT = """\
@@ -45,18 +46,21 @@ def lift(tmp_path: Path) -> tuple[Project, str]:
 
 @pytest.mark.parametrize(
     ("marked", "old", "new", "times"),
-    [
-        ('"(|to: real[m]', "to", "target", 4),
-        ('"go(|to: high', "to", "target", 4),
-        ("goal: |to, by", "to", "target", 4),
-        ("near(x.m.p, |to,", "to", "target", 4),
-        ("2 * |speed", "speed", "pace", 3),
-        ('"|drive(goal', "drive", "move", 2),
-        ("down: |go(", "go", "walk", 3),
-        ("down: go(|low", "low", "bottom", 2),
-        ("speed: |slow)", "slow", "lazy", 3),
-        ("        |up: ", "up", "rising", 4),
-    ],
+    every(
+        3,
+        [
+            ('"(|to: real[m]', "to", "target", 4),
+            ('"go(|to: high', "to", "target", 4),
+            ("goal: |to, by", "to", "target", 4),
+            ("near(x.m.p, |to,", "to", "target", 4),
+            ("2 * |speed", "speed", "pace", 3),
+            ('"|drive(goal', "drive", "move", 2),
+            ("down: |go(", "go", "walk", 3),
+            ("down: go(|low", "low", "bottom", 2),
+            ("speed: |slow)", "slow", "lazy", 3),
+            ("        |up: ", "up", "rising", 4),
+        ],
+    ),
 )
 def test_rename(lift: tuple[Project, str], marked: str, old: str, new: str, times: int) -> None:
     project, path = lift

@@ -68,6 +68,7 @@ def check(folder: Path, root: Path, changed: Path, text: str, seed: int, steps: 
             assert (found, project.present_range(fresh.sources, found.primary)) in shown, now
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seeds", blocks([0], long=1, each=1))
 def test_small_edits_of_the_flagship(seeds: Seeds) -> None:
     for seed in seeds:

@@ -35,7 +35,7 @@ def framed(message: dict[str, Any] | bytes) -> bytes:
 @pytest.mark.parametrize(
     ("messages", "code"),
     [
-        ([*BEGIN, {"method": "exit"}], 1),
+        pytest.param([*BEGIN, {"method": "exit"}], 1, marks=pytest.mark.long),
         pytest.param(BEGIN, 0, marks=pytest.mark.long),
         ([*EARLY, *BEGIN, {"method": "$/cancelRequest", "params": {"id": 77}}, *END], 0),
     ],

@@ -11,6 +11,7 @@ from specc.tools.lsp.describe import OutlineEntry
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError, apply
 from tests.house.tree import ROOT
+from tests.seeds import every
 from tests.tools.lsp.workspace import place
 
 ARM = (ROOT / "tests/tools/modes.yaml").read_text(encoding="utf-8")
@@ -38,7 +39,7 @@ def proposed(arm: tuple[Project, str], old: str, new: str) -> set[str]:
 
 @pytest.mark.parametrize(
     ("old", "new", "there", "absent"),
-    [
+    every(3, [
         # where states and modes stand
         ("[powered, tripped,", "[|, tripped,", "powered working looking halted", "resume(working)"),
         ("[[placing, retrying], error", "[[placing, |], error", "picking looking", "terminal"),
@@ -58,7 +59,7 @@ def proposed(arm: tuple[Project, str], old: str, new: str) -> set[str]:
         ('"elapsed(working) > 60[s]"', '"elapsed(|) > 60[s]"', "working picking powered",
          "looking tries"),
         ('"elapsed(working) > 60[s]"', '"| > 60[s]"', "elapsed entered tries", "working"),
-    ],
+    ]),
 )  # fmt: skip
 def test_proposes(old: str, new: str, there: str, absent: str, arm: tuple[Project, str]) -> None:
     found = proposed(arm, old, new)

@@ -163,6 +163,7 @@ def test_survives_requests_about_broken_and_unknown_files(client: Client, folder
     assert codes(client.diagnostics(uri)) == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "texts"),
     [
@@ -197,6 +198,7 @@ def test_broken_texts_of_the_flagship_raise_nothing(seed: int, texts: int) -> No
                 continue
 
 
+@pytest.mark.long
 def test_ends_with_its_client(folder: Path) -> None:
     ended = subprocess.run(SERVER, input=b"", capture_output=True, cwd=folder, timeout=60)
     assert ended.returncode == 0

@@ -80,6 +80,7 @@ def test_a_change_abandons_the_check(client: Client, folder: Path) -> None:
     assert errors(client, uri) == {"E0201"}
 
 
+@pytest.mark.long
 def test_a_check_that_takes_too_long_is_given_up(client: Client, folder: Path) -> None:
     other = client.open(folder / "arm.yaml")
     assert errors(client, other) == set()

@@ -35,6 +35,7 @@ def by_name(results: Any) -> dict[str, Any]:
     return {entry["name"]: entry for entry in results["scenarios"]}
 
 
+@pytest.mark.long
 def test_results_are_those_of_single_runs(tmp_path: Path) -> None:
     """Of the same seeds: records, verdicts, times and margins."""
     some = scenario(
@@ -92,6 +93,7 @@ def test_generated_code_does_not_depend_on_scenarios(tmp_path: Path) -> None:
     assert files[0] and files[0] == files[1]
 
 
+@pytest.mark.long
 def test_what_is_open_or_did_not_happen_does_not_pass(tmp_path: Path) -> None:
     """What happens by chance need not happen."""
     never = '{when: "desk.c.v > 0.3[m/s]", turn: {go: false}}'
