@@ -148,7 +148,7 @@ def calls_whole(facts: Facts) -> Iterator[Diagnostic]:
     """E0505: parts of a call have one type, and what others call is asked and answered."""
     calls: dict[tuple[str, str], list[BoundElement]] = {}
     for bound in facts.bindings:
-        if bound.plant == "ros2" and bound.binding.call[0]:
+        if bound.plant == "ros2" and bound.binding.call[0] and bound.binding.message:
             calls.setdefault(bound.binding.call, []).append(bound)
     for (kind, name), parts in calls.items():
         first, seen = parts[0], {bound.binding.part: bound for bound in parts[::-1]}
@@ -191,7 +191,8 @@ def requests_passed_once(facts: Facts) -> Iterator[Diagnostic]:
         if bound.binding.call[0].endswith("_server") and bound.binding.part == "request"
     }
     for subsystem in facts.system.subsystems if requests else ():
-        ends = {port.peer: port.other_end for port in subsystem.ports if port.direction == "x"}
+        wires = facts.wires.wires_of(subsystem)
+        ends = {wire.port.peer: wire.peer_name for wire in wires if wire.port.direction == "x"}
         for state in subsystem.states if len(subsystem.states) == 1 else ():
             for item in state.behaviour.assignments:
                 value = item.value
