@@ -219,10 +219,10 @@ class NodeDevices:
             handle, kind = subscription.handle, subscription.msg_type
             for _ in range(_MOST_AT_ONCE):
                 with handle:
-                    taken = handle.take_message(kind, False)
-                if taken is None:
+                    found = handle.take_message(kind, False)
+                if found is None:
                     break
-                subscription.callback(taken[0])
+                subscription.callback(found[0])
 
     def _is_settled(self) -> bool:
         """Whether nobody waits for an answer: a goal must not outlive the run."""
