@@ -83,8 +83,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not options.python:
         print("no relay to compare with: make ros, or --python of a ROS 2")
         return
-    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     found = {BARE: Taken(), PASSED: Taken()}
     count, period_s = options.samples // options.rounds, 1.0 / options.rate
     with ExitStack() as stack:
@@ -128,6 +126,12 @@ def _cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def _environment() -> dict[str, str]:
+    """That of all processes: a domain of their own."""
+    domain = str(1 + os.getpid() % 100)
+    return os.environ | {"ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
 def _python() -> str:
     return next(map(str, sorted(ROOT.glob("ros/*/bin/python"))), "")
 
@@ -143,7 +147,13 @@ def _specification(scratch: Path, options: argparse.Namespace) -> Path:
 @contextmanager
 def _started(command: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
     """A process that says when it is ready, until the end."""
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=_environment(),
+    )
     assert process.stdout is not None
     try:
         if process.stdout.readline() != "ready\n":
@@ -158,7 +168,7 @@ def _started(command: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
 def _running(spec: Path) -> Iterator[int]:
     """A run; gives the process of its node, which is there soon after."""
     command = [sys.executable, "-m", "specc", "run", str(spec), "--duration", "3600"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=ROOT)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=ROOT, env=_environment())
     try:
         yield _child(process.pid)
     finally:
