@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench import analysis, growth, many_agents, startup
+from bench import analysis, growth, many_agents, ros_latency, startup
 
 Main = Callable[[Sequence[str]], object]
 
@@ -23,9 +23,10 @@ Main = Callable[[Sequence[str]], object]
             "rovers",
             marks=pytest.mark.long,
         ),
+        pytest.param(ros_latency.main, "--samples 40 --rounds 1", "relay", marks=pytest.mark.long),
         pytest.param(startup.main, "--repeats 1", "first step", marks=pytest.mark.long),
     ],
-    ids=["analysis", "growth", "many_agents", "startup"],
+    ids=["analysis", "growth", "many_agents", "ros_latency", "startup"],
 )
 def test_it_runs(main: Main, arguments: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(arguments.split())

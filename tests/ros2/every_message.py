@@ -36,9 +36,17 @@ def main() -> None:
             for message in (cls(), *examples(cls)):
                 assert fill(cls(), plain(message)) == message, interface_name(cls)
             count += 1
-    for data, said in (({"dato": 1.0}, "has no field `dato`"), ({"data": "x"}, "`data` is double")):
+    array = interface("std_msgs/Float64MultiArray")
+    assert fill(array(), {"data": [1, 2.5]}) == array(data=[1.0, 2.5])
+    for name, data, said in (
+        ("Float64", {"dato": 1.0}, "has no field `dato`"),
+        ("Float64", {"data": "x"}, "`data` is double"),
+        ("Float64MultiArray", {"data": [1.0, True]}, "`data` is sequence<double>"),
+        ("Float64MultiArray", {"data": [1.0, 10**400]}, "`data` is sequence<double>"),
+        ("Float64MultiArray", {"data": 1.0}, "`data` is sequence<double>"),
+    ):
         try:
-            fill(interface("std_msgs/Float64")(), data)
+            fill(interface(f"std_msgs/{name}")(), data)
         except DeviceError as error:
             assert said in str(error), error
         else:

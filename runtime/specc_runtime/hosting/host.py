@@ -33,6 +33,9 @@ import sys
 from contextlib import suppress
 from importlib.util import module_from_spec, spec_from_file_location
 
+_SWITCH_S = 1e-4
+"""How long a thread that computes keeps the interpreter from one that has an output to send."""
+
 
 def main() -> None:
     """Serve until the agent is gone. Ends the process without waiting for threads that hang."""
@@ -44,7 +47,7 @@ def main() -> None:
     from specc_runtime.hosting.keeper import Keeper
     from specc_runtime.hosting.wire import HostChannel
 
-    sys.setswitchinterval(5e-4)
+    sys.setswitchinterval(_SWITCH_S)
     Keeper(HostChannel(socket.socket(fileno=control)), memory, errors).run()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):

@@ -49,7 +49,7 @@ _MOST_OTHERS = 10
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
 """The name of a node that has just been discovered."""
 _MOST_AT_ONCE = 64
-"""Messages that one `poll` takes, so that it returns though they come without end."""
+"""Messages of a topic that one `poll` takes, so that it returns though they come without end."""
 
 
 class NodeDevices:
@@ -88,8 +88,6 @@ class NodeDevices:
         """Why there will be no first message of elements that need none, as far as is known."""
         self._parameters: Parameters | None = None
         self._around_due_s = 0.0
-        self._received = 0
-        """Messages."""
         self._is_simulated = False
         self._node: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
@@ -134,11 +132,7 @@ class NodeDevices:
         """New samples; waits for the first at most that long. Raises DeviceError."""
         assert self._executor is not None, "poll comes after open"
         self._spin(timeout_s)
-        for _ in range(_MOST_AT_ONCE):
-            before = self._received
-            self._spin(0)
-            if self._received == before:
-                break
+        self._take_waiting()
         self._look()
         if self._parameters is not None:
             self._parameters.look()
@@ -214,6 +208,21 @@ class NodeDevices:
         assert self._executor is not None, "the node is open"
         for _ in range(1 + sum(call.waiting for call in self._calls.values())):
             self._executor.spin_once(timeout_sec=timeout_s)
+
+    def _take_waiting(self) -> None:
+        """Take the messages that wait; the executor would prepare to wait again for each of them.
+
+        Those of `/clock` come first, also for the node itself, whose subscription is its first one.
+        """
+        assert self._node is not None, "the node is open"
+        for subscription in self._node.subscriptions:
+            handle, kind = subscription.handle, subscription.msg_type
+            for _ in range(_MOST_AT_ONCE):
+                with handle:
+                    found = handle.take_message(kind, False)
+                if found is None:
+                    break
+                subscription.callback(found[0])
 
     def _is_settled(self) -> bool:
         """Whether nobody waits for an answer: a goal must not outlive the run."""
@@ -320,7 +329,6 @@ class NodeDevices:
 
     def _follow_clock(self, node: Node) -> None:
         def receive(message: Any) -> None:
-            self._received += 1
             now_s = message.clock.sec + message.clock.nanosec * 1e-9
             self._samples.append((_CLOCK, now_s, time.monotonic()))
             self._waiting.pop(_CLOCK, None)
@@ -412,7 +420,6 @@ class NodeDevices:
         latched = topic.get("qos", {}).get("durability") == "transient_local"
 
         def receive(message: Any) -> None:
-            self._received += 1
             now_s, ros_s = time.monotonic(), self._ros_s()
             if wanted and wanted.isdisjoint(others := getattr(message, "name", wanted)):
                 self._strangers[name] = list(others)

@@ -116,6 +116,8 @@ def _converted(declared: Any, value: Any, present: Any, where: str) -> Any:
         return [fill(cls(), item, f"{where}[{n}]") for n, item in enumerate(value)]
     if isinstance(value, bytes):
         return array("B", value) if isinstance(present, array) else list(value)
+    if getattr(present, "typecode", "") == "d" and {*map(type, value)} <= {float, int}:
+        return array("d", value)  # rclpy looks at each item of a list
     return [_number(getattr(element, "typename", ""), item) for item in value]
 
 
