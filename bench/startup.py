@@ -47,7 +47,7 @@ def launch(*arguments):
     return launched(*arguments)
 
 from specc.cli import main, run
-launched, run._launch = run._launch, launch
+launched, run.launch = run.launch, launch
 main()
 """
 
