@@ -290,15 +290,22 @@ def _machine(passed: Mapping[str, str], events: Mapping[str, str]) -> dict[str, 
     return {
         "functions": functions,
         "behaviours": {
-            state: {"functions": [NAME, *(f"{NAME}_{n}" for n in chosen)], "terminal": "always"}
+            state: {
+                "functions": [NAME, *(f"{NAME}_{n}" for n in chosen)],
+                "terminal": "always" if chosen else "event_comes",
+            }
             for state, chosen in zip(states, sets, strict=True)
         },
         "states": {state: state for state in states},
-        "conditions": {"initial": come},
+        "conditions": {
+            "initial": come,
+            "terminal": {"event_comes": " or ".join(f"fresh({event})" for event in events)},
+        },
         "transitions": [
             [state, "terminal", condition, target]
             for state in states
             for condition, target in zip(("otherwise", *come), states, strict=True)
+            if state != NAME or condition != "otherwise"
         ],
     }
 
