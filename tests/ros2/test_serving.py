@@ -177,11 +177,12 @@ def test_a_goal_that_comes_meanwhile_is_rejected(monkeypatch: pytest.MonkeyPatch
     rig.ask(1)
     rig.ask(2)
     rig.say("accepted", "executing", "succeeded")
-    rig.ask(3)  # the agent has not said yet that it takes the next one
+    rig.ask(3)  # it waits until the agent says that it takes the next one
+    assert rig.offers == [1]
     rig.say("none")
     rig.ask(4)
-    assert [*map(rig.end_of, (1, 2, 3, 4))] == [["succeeded"], [REJECT], [REJECT], [""]]
-    assert rig.offers == [1, 4]
+    assert [*map(rig.end_of, (1, 2, 3, 4))] == [["succeeded"], [REJECT], [""], [REJECT]]
+    assert rig.offers == [1, 3]
 
 
 def test_one_goal_waits_for_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:

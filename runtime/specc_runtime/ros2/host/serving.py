@@ -180,7 +180,8 @@ class ServedAction:
     async def _receive(self, request: Any) -> GoalResponse:
         goal = ServedGoal(request, time.monotonic() + self._answer_within_s)
         self._open.append(goal)
-        if self._has_ended or (not self._takes_goals() and self._when_busy == "reject"):
+        is_busy = self._offer is not None or self._active is not None
+        if self._has_ended or (is_busy and self._when_busy == "reject"):
             goal.reject()
         elif self._next is None:
             self._next = goal
