@@ -123,6 +123,49 @@ def test_silence_in_a_bag_is_answered(tmp_path: Path) -> None:
     assert entered == ["slow", "fast", "slow", "fast"]
 
 
+LATE = """
+specc: 1.3
+system: late
+agents:
+  a:
+    real_receptors: {r: {y: {load: "optional[real]"}}}
+    virtual_receptors: {r: {rate: 20 Hz, through: identity}}
+    control:
+      rate: 20 Hz
+      x: {r: {load: "optional[real]"}}
+      conditions:
+        initial: {late: "elapsed >= 1[s]"}
+        terminal: {over: "(present(x.r.load) and x.r.load is not None) or elapsed >= 1[s]"}
+      behaviours: {wait: {terminal: over}, end: {terminal: never}}
+      states: {S0: wait, got: end, gave_up: end}
+      initial_state: S0
+      transitions: [[S0, terminal, late, gave_up], [S0, terminal, otherwise, got]]
+plant:
+  ros2: {node: late, wait: 20 s}
+  bind: {a.R.r.load: {topic: /load, type: std_msgs/Float64}}
+task: {cycle: {of: a.c, from: S0, to: got}}
+"""
+
+
+@pytest.mark.parametrize("storage", StoragePlugin)
+def test_a_replay_begins_when_the_run_did(storage: StoragePlugin, tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    path.write_text(LATE, encoding="utf-8")
+    text, number = "std_msgs/msg/String", "std_msgs/msg/Float64"
+    change = {"data": json.dumps({"subsystem": "a.c", "from": None, "to": "S0", "time_s": 0.0})}
+    load: Written = (2.0, "/load", number, {"data": 1.0})
+    others: list[Written] = [(0.0, "/camera", text, {}), load]
+    ran: list[Written] = [(1.5, "/late/changes", text, change), (1.0, "/load", number, {}), load]
+    for name, told, to in (
+        ("any", others, "late -> gave_up"),
+        ("own", ran, "otherwise -> got"),
+        ("silent", [ran[0], (3.0, "/camera", text, {})], "late -> gave_up"),
+    ):
+        done = specc("replay", path, "--bag", write(tmp_path / name, told, storage))
+        assert (done.returncode, done.stderr) == (0, "")
+        assert to in done.stdout
+
+
 def steps(recording: Path, topic: str) -> list[Any]:
     with recording.open("rb") as stream:
         messages = make_reader(stream).iter_messages(topics=[topic])

@@ -46,7 +46,9 @@ class BagPlant:
         self._decode, self._encode = conversions(spec)
         self._goals = goals_of(spec.ros2.topics)
         names = TopicNames(spec.ros2.node, ros_args)
-        self._readings = Readings(spec, names, file)
+        self._readings = Readings(
+            spec, names, file, {each.subsystem.name for each in system.subsystems}
+        )
         self._time_s = 0.0
         self._has_ended = False
 

@@ -60,16 +60,16 @@ class Bag:
         self.path = path
         self._files = _files(path)
 
-    def messages(self, wanted: Collection[str]) -> Iterator[BagMessage]:
-        """The messages of these topics. Raises Unusable."""
+    def messages(self, wanted: Collection[str] | None) -> Iterator[BagMessage]:
+        """The messages of these topics, or of all. Raises Unusable."""
         read = {".mcap": self._of_mcap, ".db3": self._of_database}
         files = (read[file.suffix](file, wanted) for file in self._files)
         return in_order(chain.from_iterable(files))
 
-    def _of_mcap(self, file: Path, wanted: Collection[str]) -> Iterator[BagMessage]:
+    def _of_mcap(self, file: Path, wanted: Collection[str] | None) -> Iterator[BagMessage]:
         schemas: dict[int, Schema] = {}
         topics: dict[int, BagTopic] = {}
-        reading = RecordFile(file, topics=wanted)
+        reading = RecordFile(file, topics=wanted or ())
         for record in reading:
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -84,13 +84,13 @@ class Bag:
             elif isinstance(record, Message) and record.channel_id in topics:
                 topic = topics[record.channel_id]
                 self.end_ns = max(self.end_ns, record.log_time)
-                if topic.name in wanted:
+                if wanted is None or topic.name in wanted:
                     yield BagMessage(topic, record.log_time, record.data)
         self.end_ns = max(self.end_ns, round(reading.last_s * 1e9))
         self.cut |= reading.cut
         self.damaged += reading.damaged
 
-    def _of_database(self, file: Path, wanted: Collection[str]) -> Iterator[BagMessage]:
+    def _of_database(self, file: Path, wanted: Collection[str] | None) -> Iterator[BagMessage]:
         from rosbags.interfaces import MessageDefinitionFormat
         from rosbags.rosbag2 import Reader
 
@@ -102,7 +102,7 @@ class Bag:
                     is_text = each.msgdef.format == MessageDefinitionFormat.MSG
                     text = str(each.msgdef.data) if is_text else ""
                     topics[each.id] = self._seen(str(each.topic), str(each.msgtype), text)
-                chosen = [each for each in reader.connections if each.topic in wanted]
+                chosen = [c for c in reader.connections if wanted is None or c.topic in wanted]
                 for connection, time_ns, data in reader.messages(chosen) if chosen else ():
                     if type(time_ns) is not int or type(data) is not bytes:
                         raise ValueError("a message without its bytes or its time")

@@ -6,7 +6,7 @@ measurement, transforms those of a tree.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite
@@ -24,7 +24,7 @@ from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.reading import Bag, BagMessage, BagTopic
 from specc_runtime.ros2.bags.transforms import TOPICS, TransformTree
 from specc_runtime.ros2.bags.types import TEXT, NoMessage, Types, data_of, whole_type
-from specc_runtime.ros2.binding import CLOCK, Ros2Topic
+from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2Topic
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.stamps import measured_at
 from specc_runtime.ros2.plant import is_given_back
@@ -50,10 +50,13 @@ class News:
 class Readings:
     """The news of elements, by their names, at times of the bag.
 
-    `begin_s` is the first moment at which all that is awaited has had a message.
+    `begin_s` is when the recorded run of these `subsystems` began, if the bag has its changes, or
+    else the first moment at which all that is awaited has had a message.
     """
 
-    def __init__(self, spec: PlantSpec, names: TopicNames, file: Path) -> None:
+    def __init__(
+        self, spec: PlantSpec, names: TopicNames, file: Path, subsystems: Collection[str] = ()
+    ) -> None:
         """Reads the bag until that moment.
 
         Raises UsageError for a bag that cannot be read, or that lacks what is awaited.
@@ -79,16 +82,23 @@ class Readings:
         wanted = {*self._readers, *commanded, *(TOPICS if self._between else ())}
         self._is_simulated = ros2.use_sim_time
         self._awaited = {t.name for t in self._topics.values() if not t.interface} - initialized
-        self._at_s = 0.0
-        self._clock_s: float | None = None
-        self._restart()
+        self._wanted = {*wanted, *([CLOCK] if self._is_simulated else ())}
+        self._subsystems = subsystems
         try:
-            self._bag = Bag(file)
-            self._coming = self._bag.messages({*wanted, *([CLOCK] if self._is_simulated else ())})
-            self._next: BagMessage | None = None
+            self._rewind(file)
             self.begin_s = self._find_begin()
         except Unusable as error:
             raise UsageError(f"--bag: {error}") from error
+
+    def _rewind(self, file: Path) -> None:
+        """Be before the first message of the bag; raises Unusable."""
+        self._at_s = 0.0
+        self._clock_s: float | None = None
+        self._restart()
+        self.commands.begin()
+        self._bag = Bag(file)
+        self._coming = self._bag.messages(self._wanted)
+        self._next: BagMessage | None = None
 
     def _restart(self) -> None:
         """Know nothing of what the bag has told."""
@@ -105,21 +115,55 @@ class Readings:
         return JointNumbers(*how, is_answered=bool(sensor.on_loss))
 
     def _find_begin(self) -> float:
-        is_first = True
-        while self._missing or is_first:
+        told_ns = self._told_begin_ns()
+        is_any = told_ns is not None
+        while self._missing or not is_any:
             message = next(self._coming, None)
             if message is None:
                 raise UsageError(f"--bag: {self._bag.path} {self._lacks()}")
             self._take(message)
-            is_first = False
+            is_any = True
+        if told_ns is None and not self._awaited:
+            told_ns = next(message.time_ns for message in Bag(self._bag.path).messages(None))
+        if told_ns is None:
+            begin_s = self._at_s
+            self._next = next(self._coming, None)
+        else:
+            self._rewind(self._bag.path)
+            begin_s = self._go_to(told_ns)
         self.commands.begin()
-        begin_s = self._at_s
         for topic in self._topics.values():
             if topic.is_call or topic.part == "cancel":  # until the bag says something of it
                 self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
-        self._next = next(self._coming, None)
         self.until(begin_s)
         return begin_s
+
+    def _told_begin_ns(self) -> int | None:
+        """When a run of the same system began, if the bag has the first change of a state."""
+        where = self._names.full(CHANGES.topic)
+        for message in Bag(self._bag.path).messages({where}):
+            if message.topic.type == TEXT and self._is_begin(message.data):
+                return message.time_ns
+        return None
+
+    def _is_begin(self, data: bytes) -> bool:
+        try:
+            change = data_of(self._types.decoded(TEXT, data)["data"])
+        except NoMessage:
+            return False
+        is_first = isinstance(change, dict) and change.get("from", "") is None
+        return is_first and change.get("subsystem") in self._subsystems
+
+    def _go_to(self, begin_ns: int) -> float:
+        """Take what was received before a moment; when that is on the clock of the run."""
+        self._next = next(self._coming, None)
+        while self._next is not None and (
+            self._next.time_ns < begin_ns or (self._next.topic.name == CLOCK and not self._clock_s)
+        ):
+            self._take(self._next)
+            self._next = next(self._coming, None)
+        self._at_s = begin_ns * 1e-9 if self._clock_s is None else self._clock_s
+        return self._at_s
 
     def _lacks(self) -> str:
         if not self._bag.topics:
