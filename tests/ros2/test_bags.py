@@ -17,9 +17,11 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from rosbags.rosbag2 import StoragePlugin
 from specc_runtime.options import UsageError
+from specc_runtime.ros2.bags.comparing import Commands
 from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.transforms import TransformTree
 from specc_runtime.ros2.bags.types import NoMessage, Types
+from specc_runtime.ros2.binding import Ros2Topic
 
 from specc.cli import main
 from tests.commands import ROOT, specc
@@ -65,7 +67,7 @@ def test_a_specification_runs_on_a_bag_and_says_why(storage: StoragePlugin, tmp_
     # 0.1 s after it began there is a command, 0.9 s after it the arm is there.
     assert lines[3] == "0.100 s irp.m: S0 terminal commanded -> S1"
     assert re.fullmatch(r"(0\.9|1\.0)00 s irp\.c: S0 terminal always -> S1", lines[4])
-    assert len(lines) == 5
+    assert lines[5:] == [f"{COMMANDS}: the bag has no commands"]
     why = specc("why", f"{out}@1.5", "irp.c", "--spec", ARM)
     assert "by S0 terminal always -> S1" in why.stdout
 
@@ -373,10 +375,40 @@ def test_simulated_time_is_that_of_the_clock_in_a_bag(tmp_path: Path) -> None:
 
 
 def test_commands_of_a_bag_are_compared(tmp_path: Path) -> None:
-    told = [*driven(0.5), (0.3, COMMANDS, ARRAY, {"data": [7.0, 0.0, 0.0]})]
+    told = [*driven(0.5), (0.3, COMMANDS, ARRAY, {"data": [0.0, 0.0, 0.0]})]
     done = specc("replay", ARM, "--bag", write(tmp_path / "bag", told))
     assert f"{COMMANDS} differs first at" in done.stdout
-    assert "the bag has {'data': [7.0, 0.0, 0.0]}, now" in done.stdout
+    assert "the bag has {'data': [0.0, 0.0, 0.0]}, now" in done.stdout
+    told[-1] = (0.3, COMMANDS, "std_msgs/msg/String", {})
+    done = specc("replay", ARM, "--bag", write(tmp_path / "other", told))
+    assert f"{COMMANDS}: not compared, it is std_msgs/msg/String in the bag" in done.stdout
+
+
+def test_commands_are_counted() -> None:
+    topic = Ros2Topic("a.E.v", "/v", "geometry_msgs/Twist", "message", commanded=True)
+    types, has = Types(), {"/v": "geometry_msgs/msg/Twist"}
+
+    def said(had: list[tuple[float, float]], now: list[float]) -> str:
+        commands = Commands({"/v": topic}, types)
+        for time_s, x in had:
+            fields = {"linear": {"x": x, "y": 1.0, "z": 0.0}, "angular": {}}
+            commands.had("/v", lambda fields=fields: told(fields), time_s)  # type: ignore[misc]
+            if time_s == 1.0:
+                commands.begin(1.0)
+        for x in now:
+            commands.now("a.E.v", {"linear": {"x": x, "y": 1.0}}, 2.0)
+        return "".join(commands.differences(has))
+
+    def told(fields: dict[str, Any]) -> dict[str, Any]:
+        return types.decoded(has["/v"], types.encoded(has["/v"], fields))
+
+    had = [(0.0, 3.0), (0.9, 0.0), (1.0, 0.0), (2.0, 1.0)]
+    assert said(had, [0.0, 0.0, 1.0]) == "/v: the same commands as in the bag (2)"
+    assert said(had, [0.0]) == "/v: the same until command 1; the bag has 1 more"
+    assert said(had, [0.0, 1.0, 0.0]) == "/v: the same until command 2; the replay has 1 more"
+    assert "the bag has {'linear': {'x': 0.0}}, now {'linear': {'x': 5.0}}" in said(had, [5.0])
+    many = said(had, [float(n % 2) for n in range(10_004)])
+    assert many.endswith("the replay has 10002 more (no more than 10000 wait to be compared)")
 
 
 def test_topics_of_a_bag_may_have_other_names(tmp_path: Path) -> None:
@@ -503,7 +535,13 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
         assert [each.time_from_start.nanosec for each in way.points] == [250_000_000, 500_000_000]
     capsys.readouterr()
     assert main(["replay", str(path), "--bag", str(bag)]) == 0
-    assert replayed(capsys.readouterr().out) == states(messages)
+    out = capsys.readouterr().out
+    assert replayed(out) == states(messages)
+    times = [
+        f"{json.loads(m.data)['time_s']:.3f}" for t, _, m in messages if t.endswith("/changes")
+    ]
+    assert re.findall(r"^([0-9.]+) s [\w.]+: ", out, re.MULTILINE) == times
+    assert not re.search("differs|no commands|more", out)
 
 
 def states(messages: list[tuple[str, int, Any]]) -> list[tuple[str, str]]:

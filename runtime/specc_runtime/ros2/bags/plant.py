@@ -85,7 +85,7 @@ class BagPlant:
 
     def close(self) -> None:
         """Say what the bag had besides."""
-        for difference in self._readings.commands.differences():
+        for difference in self._readings.differences():
             print(visible(difference), flush=True)
         for loss in self._readings.losses():
             say(f"--bag: {loss}")

@@ -95,7 +95,7 @@ class Readings:
         self._at_s = 0.0
         self._clock_s: float | None = None
         self._restart()
-        self.commands.begin()
+        self.commands.restart()
         self._bag = Bag(file)
         self._coming = self._bag.messages(self._wanted)
         self._next: BagMessage | None = None
@@ -131,7 +131,7 @@ class Readings:
         else:
             self._rewind(self._bag.path)
             begin_s = self._go_to(told_ns)
-        self.commands.begin()
+        self.commands.begin(begin_s - EARLY_S)
         for topic in self._topics.values():
             if topic.is_call or topic.part == "cancel":  # until the bag says something of it
                 self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
@@ -213,6 +213,10 @@ class Readings:
         """What an element has reported since the last call, if anything."""
         return self._news.pop(name, None)
 
+    def differences(self) -> Iterator[str]:
+        """What the run has commanded otherwise than the bag, in words."""
+        return self.commands.differences({t.name: t.type for t in self._bag.topics.values()})
+
     def losses(self) -> Iterator[str]:
         """What of the bag was not read, and which actions it does not know, in words."""
         if self._bag.cut or self._bag.damaged:
@@ -258,7 +262,8 @@ class Readings:
         if name in self.commands.topics:
             type_ = whole_type(self.commands.topics[name].type)
             if message.topic.type == type_ and type_ in self._types:
-                self.commands.had(name, self._fields(message.topic, type_, message.data))
+                fields = self._fields(message.topic, type_, message.data)
+                self.commands.had(name, fields, self._at_s)
 
     def _follow(self, clock_s: float) -> None:
         """Be at a time of `/clock`; what came before the first one has no time."""
