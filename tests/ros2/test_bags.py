@@ -168,6 +168,33 @@ def test_a_replay_begins_when_the_run_did(storage: StoragePlugin, tmp_path: Path
         assert to in done.stdout
 
 
+def test_a_replay_changes_constants_and_the_panel_as_the_bag_says(tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    text = LATE.replace(
+        "agents:", 'constants: {most: {is: "1[s]", range: [0, 9], live: true}}\nagents:'
+    )
+    text = text.replace('"elapsed >= 1[s]"', '"x.r.go"').replace(">= 1[s]", ">= most")
+    text = text.replace('load: "optional[real]"}', 'load: "optional[real]", go: bool}')
+    text = text.replace("bind: {", "bind: {a.R.r.go: {panel: switch}, ")
+    path.write_text(text, encoding="utf-8")
+    changes: list[dict[str, Any]] = [
+        {"subsystem": "a.c", "from": None, "to": "S0", "time_s": 0.0},
+        {"constant": "most", "value": 2.0, "by": "page", "time_s": 0.0},
+        {"element": "a.R.r.go", "value": True, "by": "keys", "time_s": 1.5},
+        {"constant": "most", "value": 9.5, "by": "keys", "time_s": 1.6},
+        {"constant": "most", "value": 3.0, "by": "task", "time_s": 1.6},
+        {"subsystem": "a.c", "from": "S0", "to": "gave_up", "time_s": 2.0},
+    ]
+    told: list[Written] = [
+        (each["time_s"], "/late/changes", "std_msgs/msg/String", {"data": json.dumps(each)})
+        for each in changes
+    ]
+    done = specc("replay", path, "--bag", write(tmp_path / "bag", told))
+    assert done.returncode == 0
+    assert "2.000 s a.c: S0 terminal late -> gave_up" in done.stdout
+    assert done.stderr.count("\n") == 1 and "most is not 9.5 s" in done.stderr
+
+
 def steps(recording: Path, topic: str) -> list[Any]:
     with recording.open("rb") as stream:
         messages = make_reader(stream).iter_messages(topics=[topic])
@@ -587,3 +614,21 @@ def test_a_bag_has_messages_of_types_that_only_ros_knows(
     lamps = [message for topic, _, message in read(bag) if topic == "/lamp"]
     assert lamps and all(lamp.basic_types_value.float64_value == 3.0 for lamp in lamps)
     assert specc("replay", path, "--bag", bag).returncode == 0
+
+
+@pytest.mark.long
+def test_changes_of_constants_of_a_live_run_are_in_its_bag(
+    arm: Start, spec: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, bag = spec(name="tuned"), tmp_path / "tuned.mcap"
+    arm("tuner", "/tuned", "set v 0.5", "until tries 5", "set v 1.0", program="nodes.py")
+    options = ["--cycle-limit", "60", "--record", str(bag), "--profile", "ros2"]
+    assert main(["run", str(path), *options]) == 0
+    changes = [json.loads(m.data) for topic, _, m in read(bag) if topic.endswith("/changes")]
+    made = [(each["constant"], each["value"], each["by"]) for each in changes if "by" in each]
+    assert made == [("v", 0.5, "parameter"), ("tries", 5, "task"), ("v", 1.0, "parameter")]
+    capsys.readouterr()
+    assert main(["replay", str(path), "--bag", str(bag)]) == 0
+    out, err = capsys.readouterr()
+    assert (out.count("the same commands as in the bag"), err) == (2, "")
+    assert "S0 terminal always -> S1" in out

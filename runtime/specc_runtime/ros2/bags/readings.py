@@ -82,6 +82,8 @@ class Readings:
         wanted = {*self._readers, *commanded, *(TOPICS if self._between else ())}
         self._is_simulated = ros2.use_sim_time
         self._awaited = {t.name for t in self._topics.values() if not t.interface} - initialized
+        self._changes = names.full(CHANGES.topic)
+        wanted.add(self._changes)
         self._wanted = {*wanted, *([CLOCK] if self._is_simulated else ())}
         self._subsystems = subsystems
         try:
@@ -106,6 +108,8 @@ class Readings:
         self._news: dict[str, News] = {}
         self._transforms = TransformTree()
         self._stamps: dict[str, float] = {}
+        self.changes: list[dict[str, Any]] = []
+        """Of constants and of the panel, as they come."""
         of_joints = (t for t in self._topics.values() if t.joints and not t.interface)
         self._joints = {topic.name: self._join_of(topic) for topic in of_joints}
 
@@ -132,6 +136,7 @@ class Readings:
             self._rewind(self._bag.path)
             begin_s = self._go_to(told_ns)
         self.commands.begin(begin_s - EARLY_S)
+        self.changes.clear()
         for topic in self._topics.values():
             if topic.is_call or topic.part == "cancel":  # until the bag says something of it
                 self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
@@ -140,19 +145,21 @@ class Readings:
 
     def _told_begin_ns(self) -> int | None:
         """When a run of the same system began, if the bag has the first change of a state."""
-        where = self._names.full(CHANGES.topic)
-        for message in Bag(self._bag.path).messages({where}):
-            if message.topic.type == TEXT and self._is_begin(message.data):
+        for message in Bag(self._bag.path).messages({self._changes}):
+            change = self._change(message)
+            if change.get("from", "") is None and change.get("subsystem") in self._subsystems:
                 return message.time_ns
         return None
 
-    def _is_begin(self, data: bytes) -> bool:
+    def _change(self, message: BagMessage) -> dict[str, Any]:
+        """What a message says of changes; nothing if it does not."""
         try:
-            change = data_of(self._types.decoded(TEXT, data)["data"])
+            if message.topic.type == TEXT:
+                change = data_of(self._types.decoded(TEXT, message.data)["data"])
+                return change if isinstance(change, dict) else {}
         except NoMessage:
-            return False
-        is_first = isinstance(change, dict) and change.get("from", "") is None
-        return is_first and change.get("subsystem") in self._subsystems
+            pass
+        return {}
 
     def _go_to(self, begin_ns: int) -> float:
         """Take what was received before a moment; when that is on the clock of the run."""
@@ -257,6 +264,8 @@ class Readings:
             else:
                 text = self._fields(message.topic, TEXT, message.data)
                 self._put(topic.name, partial(_from_text, text), self._at_s)
+        if name == self._changes and not (change := self._change(message)).get("subsystem"):
+            self.changes.append(change)
         if self._between and name in TOPICS:
             self._transform(message)
         if name in self.commands.topics:
