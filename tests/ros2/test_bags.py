@@ -195,6 +195,50 @@ def test_a_replay_changes_constants_and_the_panel_as_the_bag_says(tmp_path: Path
     assert done.stderr.count("\n") == 1 and "most is not 9.5 s" in done.stderr
 
 
+def test_only_a_bag_without_any_message_has_a_gap(tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    path.write_text(LATE.replace("20 Hz", "1 Hz"), encoding="utf-8")
+    number = "std_msgs/msg/Float64"
+    told: list[Written] = [(at_s, "/load", number, {}) for at_s in (0.0, 1.0, 4001.0)]
+    others: list[Written] = [(at_s, "/other", number, {}) for at_s in (2000.0, 6000.0)]
+    assert specc("replay", path, "--bag", write(tmp_path / "idle", told + others)).returncode == 0
+    done = specc("replay", path, "--bag", write(tmp_path / "gap", told))
+    assert done.returncode == 1 and "has no message for 4000 s" in done.stderr
+
+
+def test_messages_that_come_too_late_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "back.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2")
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data\n")
+        channel = writer.register_channel("/e_stop", "cdr", schema)
+        for at_s in (0, 1, 2, 3, 4, 5, 1, 1, 6):
+            writer.add_message(channel, at_s * 10**9, b"\0\1\0\0\0", 0)
+        writer.finish()
+    done = specc("replay", HERE / "latched.yaml", "--bag", file)
+    assert done.returncode == 0
+    assert "2 messages are up to 2 s before those of earlier ones" in done.stderr
+
+
+def test_a_recording_of_specc_is_no_bag_and_a_bag_of_it_has_any_name(tmp_path: Path) -> None:
+    path, bag = tmp_path / "late.yaml", tmp_path / "a.bag"
+    path.write_text(LATE, encoding="utf-8")
+    told: list[Written] = [(0.0, "/load", "std_msgs/msg/Float64", {}), (1.0, "/other", STATES, {})]
+    recorded = tmp_path / "a.mcap"
+    command = "replay", path, "--bag", write(tmp_path / "bag", told)
+    assert specc(*command, "--record", recorded).returncode == 0
+    done = specc("replay", path, "--bag", recorded)
+    assert done.returncode == 2 and f"specc replay {recorded} --spec SPEC" in done.stderr
+    next((tmp_path / "bag").glob("*.mcap")).rename(bag)
+    assert specc("replay", path, "--bag", bag).returncode == 0
+    # What others have recorded is not replaced.
+    before = bag.read_bytes()
+    done = specc("run", ROOT / "specs/conveyor_gate.yaml", "--duration", "0.1", "--record", bag)
+    assert done.returncode == 2 and "what is there is no recording" in done.stderr
+    assert bag.read_bytes() == before
+
+
 def steps(recording: Path, topic: str) -> list[Any]:
     with recording.open("rb") as stream:
         messages = make_reader(stream).iter_messages(topics=[topic])
@@ -399,6 +443,9 @@ def test_simulated_time_is_that_of_the_clock_in_a_bag(tmp_path: Path) -> None:
     assert re.search(r"(0\.9|1\.0)00 s irp\.c: S0 terminal always -> S1", done.stdout), done.stderr
     done = specc("replay", path, "--bag", write(tmp_path / "reset", slow(10)))
     assert done.returncode == 1 and "/clock jumps back from 2.98 s to 0.2 s" in done.stderr
+    timeless = (each for each in slow(150) if each[1] != "/clock")
+    done = specc("replay", path, "--bag", write(tmp_path / "timeless", timeless))
+    assert (done.returncode, done.stdout) == (2, "") and "has no /clock" in done.stderr
 
 
 def test_commands_of_a_bag_are_compared(tmp_path: Path) -> None:
@@ -446,6 +493,21 @@ def test_topics_of_a_bag_may_have_other_names(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.parametrize(
+    ("given", "names"),
+    [  # As a node of Jazzy resolves /a, q and ~/x.
+        ("-r /a:=/b -r /a:=/c", "/b /q /irp/x"),
+        ("-r irp:/a:=/b --remap other:q:=/c", "/b /q /irp/x"),
+        ("-r __ns:=/l -r __ns:=/m -r q:=/w", "/a /w /l/irp/x"),
+        ("-r irp:__node:=z -r z:/a:=/b -r irp:q:=/w", "/b /q /z/x"),
+        ("-r q:=/w -r /q:=/v -p r:=1 --log-level debug", "/a /w /irp/x"),
+    ],
+)
+def test_the_first_rule_for_a_node_wins(given: str, names: str) -> None:
+    found = TopicNames("irp", given.split())
+    assert " ".join(map(found.full, ("/a", "q", "~/x"))) == names
+
+
 def test_names_are_those_of_ros() -> None:
     plain, given = (
         TopicNames("irp"),
@@ -460,8 +522,9 @@ def test_names_are_those_of_ros() -> None:
     ):
         assert (plain.full(topic), moved.full(topic)) == (wanted, replaced)
     assert TopicNames("irp", ["-p", "q:=1", "-r", "q:=r"]).full("q") == "/r"
-    with pytest.raises(UsageError, match="OLD:=NEW"):
-        TopicNames("irp", ["-r", "a"])
+    for wrong in ("-r a", "-r", "-r /a:=/b:=/c", "-r /irp:/a:=/b", "-r __ns:=left", "/a:=/b"):
+        with pytest.raises(UsageError, match="OLD:=NEW"):
+            TopicNames("irp", wrong.split())
 
 
 def test_a_bag_has_no_parameters(tmp_path: Path) -> None:

@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 from specc_runtime.faults import error_text
 from specc_runtime.recording.budget import Unusable
-from specc_runtime.recording.reading import Channel, Message, RecordFile, Schema
+from specc_runtime.recording.reading import Channel, Message, RecordFile, Schema, profile_of
+from specc_runtime.recording.spans import MAGIC
+from specc_runtime.report import RECORDING, is_of
 
 _FILES = (".mcap", ".db3")
 _PACKED = (".zstd", ".lz4")
@@ -59,11 +61,17 @@ class Bag:
         """When the last message of all that were seen was received."""
         self.path = path
         self._files = _files(path)
+        self.is_own = path.is_file() and is_of(RECORDING, _head(path))
+        """Whether specc wrote it: its times are those of the run."""
+        if self.is_own and not profile_of(path):
+            raise Unusable(f"{path} is a recording of specc: `specc replay {path} --spec SPEC`")
 
     def messages(self, wanted: Collection[str] | None) -> Iterator[BagMessage]:
         """The messages of these topics, or of all. Raises Unusable."""
-        read = {".mcap": self._of_mcap, ".db3": self._of_database}
-        files = (read[file.suffix](file, wanted) for file in self._files)
+        files = (
+            (self._of_database if file.suffix == ".db3" else self._of_mcap)(file, wanted)
+            for file in self._files
+        )
         return in_order(chain.from_iterable(files))
 
     def _of_mcap(self, file: Path, wanted: Collection[str] | None) -> Iterator[BagMessage]:
@@ -151,6 +159,8 @@ def _files(path: Path) -> list[Path]:
     try:
         inside = sorted(path.iterdir(), key=_counted) if path.is_dir() else [path]
         found = [file for file in inside if file.suffix in _FILES and file.is_file()]
+        if not found and path.is_file() and _head(path).startswith(MAGIC):
+            found = [path]
         packed = [file for file in inside if file.suffix in _PACKED]
     except (OSError, ValueError) as error:  # ValueError: not a file name, such as one with a NUL
         raise Unusable(f"cannot read {path}: {error_text(error)}") from error
@@ -160,6 +170,14 @@ def _files(path: Path) -> list[Path]:
         what = "has no .mcap and no .db3 file" if path.is_dir() else "is no .mcap or .db3 file"
         raise Unusable(f"{path} {what}: it is no bag" if path.exists() else f"there is no {path}")
     return found
+
+
+def _head(file: Path) -> bytes:
+    try:
+        with file.open("rb") as stream:
+            return stream.read(100)
+    except OSError as error:
+        raise Unusable(f"cannot read {file}: {error.strerror}") from error
 
 
 def _counted(file: Path) -> list[str | int]:
