@@ -9,6 +9,7 @@ import sqlite3
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -470,7 +471,7 @@ def test_commands_are_counted() -> None:
         commands = Commands({"/v": topic}, types)
         for time_s, x in had:
             fields = {"linear": {"x": x, "y": 1.0, "z": 0.0}, "angular": {}}
-            commands.had("/v", lambda fields=fields: told(fields), time_s)  # type: ignore[misc]
+            commands.had("/v", partial(told, fields), time_s)
             if time_s == 1.0:
                 commands.begin(1.0)
         for x in now:

@@ -128,10 +128,10 @@ class Commands:
             elif declared not in self._types:
                 yield f"{name}: not compared, {declared} is not known"
             else:
-                yield pair.difference or f"{name}: {_said(pair)}"
+                yield pair.difference or f"{name}: {_summary(pair)}"
 
 
-def _said(pair: _Pair) -> str:
+def _summary(pair: _Pair) -> str:
     """How many commands are the same, and who has more of them."""
     pairs = ("the bag", pair.had), ("the replay", pair.now)
     more = [f"{who} has {n} more" for who, each in pairs if (n := len(each.waiting) + each.more)]
