@@ -329,7 +329,7 @@ def peak_memory_mb() -> float:
 REPORT, RECORDING, FILM = "report", "recording", "film"
 _BEGINNINGS = {
     REPORT: rb'\{\s*"spec":',
-    RECORDING: rb"\x89MCAP",
+    RECORDING: rb"\x89MCAP0\r\n\x01.{8}(\0{4}|\x04\0{3}ros2)\x05\0{3}specc",
     FILM: rb"RIFF|\x1aE\xdf\xa3|.{4}ftyp",  # WebP, Matroska, MP4
 }
 
@@ -395,13 +395,18 @@ def check_writable(path: Path, kind: str) -> None:
         raise UsageError(f"cannot write {path}: what is there is no {kind}; name another file")
 
 
+def is_of(kind: str, head: bytes) -> bool:
+    """Whether a file that begins so is of a kind, as specc writes it."""
+    return re.match(_BEGINNINGS[kind], head, re.DOTALL) is not None
+
+
 def _is_of(kind: str, path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(1000)
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
-    return not head or re.match(_BEGINNINGS[kind], head, re.DOTALL) is not None
+    return not head or is_of(kind, head)
 
 
 def write(report: Report, path: Path) -> None:

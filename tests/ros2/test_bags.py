@@ -9,6 +9,7 @@ import sqlite3
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,11 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from rosbags.rosbag2 import StoragePlugin
 from specc_runtime.options import UsageError
+from specc_runtime.ros2.bags.comparing import Commands
 from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.transforms import TransformTree
 from specc_runtime.ros2.bags.types import NoMessage, Types
+from specc_runtime.ros2.binding import Ros2Topic
 
 from specc.cli import main
 from tests.commands import ROOT, specc
@@ -65,7 +68,7 @@ def test_a_specification_runs_on_a_bag_and_says_why(storage: StoragePlugin, tmp_
     # 0.1 s after it began there is a command, 0.9 s after it the arm is there.
     assert lines[3] == "0.100 s irp.m: S0 terminal commanded -> S1"
     assert re.fullmatch(r"(0\.9|1\.0)00 s irp\.c: S0 terminal always -> S1", lines[4])
-    assert len(lines) == 5
+    assert lines[5:] == [f"{COMMANDS}: the bag has no commands"]
     why = specc("why", f"{out}@1.5", "irp.c", "--spec", ARM)
     assert "by S0 terminal always -> S1" in why.stdout
 
@@ -121,6 +124,120 @@ def test_silence_in_a_bag_is_answered(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     entered = [to for who, to in replayed(done.stdout) if who == "a.c"]
     assert entered == ["slow", "fast", "slow", "fast"]
+
+
+LATE = """
+specc: 1.3
+system: late
+agents:
+  a:
+    real_receptors: {r: {y: {load: "optional[real]"}}}
+    virtual_receptors: {r: {rate: 20 Hz, through: identity}}
+    control:
+      rate: 20 Hz
+      x: {r: {load: "optional[real]"}}
+      conditions:
+        initial: {late: "elapsed >= 1[s]"}
+        terminal: {over: "(present(x.r.load) and x.r.load is not None) or elapsed >= 1[s]"}
+      behaviours: {wait: {terminal: over}, end: {terminal: never}}
+      states: {S0: wait, got: end, gave_up: end}
+      initial_state: S0
+      transitions: [[S0, terminal, late, gave_up], [S0, terminal, otherwise, got]]
+plant:
+  ros2: {node: late, wait: 20 s}
+  bind: {a.R.r.load: {topic: /load, type: std_msgs/Float64}}
+task: {cycle: {of: a.c, from: S0, to: got}}
+"""
+
+
+@pytest.mark.parametrize("storage", StoragePlugin)
+def test_a_replay_begins_when_the_run_did(storage: StoragePlugin, tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    path.write_text(LATE, encoding="utf-8")
+    text, number = "std_msgs/msg/String", "std_msgs/msg/Float64"
+    change = {"data": json.dumps({"subsystem": "a.c", "from": None, "to": "S0", "time_s": 0.0})}
+    load: Written = (2.0, "/load", number, {"data": 1.0})
+    others: list[Written] = [(0.0, "/camera", text, {}), load]
+    ran: list[Written] = [(1.5, "/late/changes", text, change), (1.0, "/load", number, {}), load]
+    for name, told, to in (
+        ("any", others, "late -> gave_up"),
+        ("own", ran, "otherwise -> got"),
+        ("silent", [ran[0], (3.0, "/camera", text, {})], "late -> gave_up"),
+    ):
+        done = specc("replay", path, "--bag", write(tmp_path / name, told, storage))
+        assert (done.returncode, done.stderr) == (0, "")
+        assert to in done.stdout
+
+
+def test_a_replay_changes_constants_and_the_panel_as_the_bag_says(tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    text = LATE.replace(
+        "agents:", 'constants: {most: {is: "1[s]", range: [0, 9], live: true}}\nagents:'
+    )
+    text = text.replace('"elapsed >= 1[s]"', '"x.r.go"').replace(">= 1[s]", ">= most")
+    text = text.replace('load: "optional[real]"}', 'load: "optional[real]", go: bool}')
+    text = text.replace("bind: {", "bind: {a.R.r.go: {panel: switch}, ")
+    path.write_text(text, encoding="utf-8")
+    changes: list[dict[str, Any]] = [
+        {"subsystem": "a.c", "from": None, "to": "S0", "time_s": 0.0},
+        {"constant": "most", "value": 2.0, "by": "page", "time_s": 0.0},
+        {"element": "a.R.r.go", "value": True, "by": "keys", "time_s": 1.5},
+        {"constant": "most", "value": 9.5, "by": "keys", "time_s": 1.6},
+        {"constant": "most", "value": 3.0, "by": "task", "time_s": 1.6},
+        {"subsystem": "a.c", "from": "S0", "to": "gave_up", "time_s": 2.0},
+    ]
+    told: list[Written] = [
+        (each["time_s"], "/late/changes", "std_msgs/msg/String", {"data": json.dumps(each)})
+        for each in changes
+    ]
+    done = specc("replay", path, "--bag", write(tmp_path / "bag", told))
+    assert done.returncode == 0
+    assert "2.000 s a.c: S0 terminal late -> gave_up" in done.stdout
+    assert done.stderr.count("\n") == 1 and "most is not 9.5 s" in done.stderr
+
+
+def test_only_a_bag_without_any_message_has_a_gap(tmp_path: Path) -> None:
+    path = tmp_path / "late.yaml"
+    path.write_text(LATE.replace("20 Hz", "1 Hz"), encoding="utf-8")
+    number = "std_msgs/msg/Float64"
+    told: list[Written] = [(at_s, "/load", number, {}) for at_s in (0.0, 1.0, 4001.0)]
+    others: list[Written] = [(at_s, "/other", number, {}) for at_s in (2000.0, 6000.0)]
+    assert specc("replay", path, "--bag", write(tmp_path / "idle", told + others)).returncode == 0
+    done = specc("replay", path, "--bag", write(tmp_path / "gap", told))
+    assert done.returncode == 1 and "has no message for 4000 s" in done.stderr
+
+
+def test_messages_that_come_too_late_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "back.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2")
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data\n")
+        channel = writer.register_channel("/e_stop", "cdr", schema)
+        for at_s in (0, 1, 2, 3, 4, 5, 1, 1, 6):
+            writer.add_message(channel, at_s * 10**9, b"\0\1\0\0\0", 0)
+        writer.finish()
+    done = specc("replay", HERE / "latched.yaml", "--bag", file)
+    assert done.returncode == 0
+    assert "2 messages are up to 2 s before those of earlier ones" in done.stderr
+
+
+def test_a_recording_of_specc_is_no_bag_and_a_bag_of_it_has_any_name(tmp_path: Path) -> None:
+    path, bag = tmp_path / "late.yaml", tmp_path / "a.bag"
+    path.write_text(LATE, encoding="utf-8")
+    told: list[Written] = [(0.0, "/load", "std_msgs/msg/Float64", {}), (1.0, "/other", STATES, {})]
+    recorded = tmp_path / "a.mcap"
+    command = "replay", path, "--bag", write(tmp_path / "bag", told)
+    assert specc(*command, "--record", recorded).returncode == 0
+    done = specc("replay", path, "--bag", recorded)
+    assert done.returncode == 2 and f"specc replay {recorded} --spec SPEC" in done.stderr
+    next((tmp_path / "bag").glob("*.mcap")).rename(bag)
+    assert specc("replay", path, "--bag", bag).returncode == 0
+    # What others have recorded is not replaced.
+    before = bag.read_bytes()
+    done = specc("run", ROOT / "specs/conveyor_gate.yaml", "--duration", "0.1", "--record", bag)
+    assert done.returncode == 2 and "what is there is no recording" in done.stderr
+    assert bag.read_bytes() == before
 
 
 def steps(recording: Path, topic: str) -> list[Any]:
@@ -185,12 +302,16 @@ def test_bags_that_are_cut_or_damaged_leave_no_traceback(
 ) -> None:
     suffix = "mcap" if storage is StoragePlugin.MCAP else "db3"
     whole = next(write(tmp_path / "bag", driven(0.4), storage).glob(f"*.{suffix}")).read_bytes()
-    file = tmp_path / f"part.{suffix}"
+    file, out = tmp_path / f"part.{suffix}", tmp_path / "out.mcap"
+    file.write_bytes(whole)
+    assert specc("replay", ARM, "--bag", file, "--record", out).returncode == 0
+    count = len(steps(out, "/irp.m"))
     for number in range(1, 12):
         file.write_bytes(whole[: len(whole) * number // 12])
-        cut = specc("replay", ARM, "--bag", file)
+        cut = specc("replay", ARM, "--bag", file, "--record", out)
         assert cut.returncode in (0, 1, 2) and "Traceback" not in cut.stderr
-        assert cut.stderr or number > 6  # what is behind the messages only repeats
+        # Nobody is silent but where all messages are before the cut.
+        assert cut.stderr or len(steps(out, "/irp.m")) == count, number
         at = len(whole) * number // 12
         file.write_bytes(whole[:at] + b"\xff" * 20 + whole[at + 20 :])
         damaged = specc("replay", ARM, "--bag", file)
@@ -327,13 +448,46 @@ def test_simulated_time_is_that_of_the_clock_in_a_bag(tmp_path: Path) -> None:
     assert re.search(r"(0\.9|1\.0)00 s irp\.c: S0 terminal always -> S1", done.stdout), done.stderr
     done = specc("replay", path, "--bag", write(tmp_path / "reset", slow(10)))
     assert done.returncode == 1 and "/clock jumps back from 2.98 s to 0.2 s" in done.stderr
+    timeless = (each for each in slow(150) if each[1] != "/clock")
+    done = specc("replay", path, "--bag", write(tmp_path / "timeless", timeless))
+    assert (done.returncode, done.stdout) == (2, "") and "has no /clock" in done.stderr
 
 
 def test_commands_of_a_bag_are_compared(tmp_path: Path) -> None:
-    told = [*driven(0.5), (0.3, COMMANDS, ARRAY, {"data": [7.0, 0.0, 0.0]})]
+    told = [*driven(0.5), (0.3, COMMANDS, ARRAY, {"data": [0.0, 0.0, 0.0]})]
     done = specc("replay", ARM, "--bag", write(tmp_path / "bag", told))
     assert f"{COMMANDS} differs first at" in done.stdout
-    assert "the bag has {'data': [7.0, 0.0, 0.0]}, now" in done.stdout
+    assert "the bag has {'data': [0.0, 0.0, 0.0]}, now" in done.stdout
+    told[-1] = (0.3, COMMANDS, "std_msgs/msg/String", {})
+    done = specc("replay", ARM, "--bag", write(tmp_path / "other", told))
+    assert f"{COMMANDS}: not compared, it is std_msgs/msg/String in the bag" in done.stdout
+
+
+def test_commands_are_counted() -> None:
+    topic = Ros2Topic("a.E.v", "/v", "geometry_msgs/Twist", "message", commanded=True)
+    types, has = Types(), {"/v": "geometry_msgs/msg/Twist"}
+
+    def said(had: list[tuple[float, float]], now: list[float]) -> str:
+        commands = Commands({"/v": topic}, types)
+        for time_s, x in had:
+            fields = {"linear": {"x": x, "y": 1.0, "z": 0.0}, "angular": {}}
+            commands.had("/v", partial(told, fields), time_s)
+            if time_s == 1.0:
+                commands.begin(1.0)
+        for x in now:
+            commands.now("a.E.v", {"linear": {"x": x, "y": 1.0}}, 2.0)
+        return "".join(commands.differences(has))
+
+    def told(fields: dict[str, Any]) -> dict[str, Any]:
+        return types.decoded(has["/v"], types.encoded(has["/v"], fields))
+
+    had = [(0.0, 3.0), (0.9, 0.0), (1.0, 0.0), (2.0, 1.0)]
+    assert said(had, [0.0, 0.0, 1.0]) == "/v: the same commands as in the bag (2)"
+    assert said(had, [0.0]) == "/v: the same until command 1; the bag has 1 more"
+    assert said(had, [0.0, 1.0, 0.0]) == "/v: the same until command 2; the replay has 1 more"
+    assert "the bag has {'linear': {'x': 0.0}}, now {'linear': {'x': 5.0}}" in said(had, [5.0])
+    many = said(had, [float(n % 2) for n in range(10_004)])
+    assert many.endswith("the replay has 10002 more (no more than 10000 wait to be compared)")
 
 
 def test_topics_of_a_bag_may_have_other_names(tmp_path: Path) -> None:
@@ -342,6 +496,21 @@ def test_topics_of_a_bag_may_have_other_names(tmp_path: Path) -> None:
     renamed = [part for t in (JOINTS, WRENCHES) for part in ("-r", f"{t}:=/left{t}")]
     done = specc("replay", ARM, "--bag", bag, "--ros-args", *renamed)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("given", "names"),
+    [  # As a node of Jazzy resolves /a, q and ~/x.
+        ("-r /a:=/b -r /a:=/c", "/b /q /irp/x"),
+        ("-r irp:/a:=/b --remap other:q:=/c", "/b /q /irp/x"),
+        ("-r __ns:=/l -r __ns:=/m -r q:=/w", "/a /w /l/irp/x"),
+        ("-r irp:__node:=z -r z:/a:=/b -r irp:q:=/w", "/b /q /z/x"),
+        ("-r q:=/w -r /q:=/v -p r:=1 --log-level debug", "/a /w /irp/x"),
+    ],
+)
+def test_the_first_rule_for_a_node_wins(given: str, names: str) -> None:
+    found = TopicNames("irp", given.split())
+    assert " ".join(map(found.full, ("/a", "q", "~/x"))) == names
 
 
 def test_names_are_those_of_ros() -> None:
@@ -358,8 +527,9 @@ def test_names_are_those_of_ros() -> None:
     ):
         assert (plain.full(topic), moved.full(topic)) == (wanted, replaced)
     assert TopicNames("irp", ["-p", "q:=1", "-r", "q:=r"]).full("q") == "/r"
-    with pytest.raises(UsageError, match="OLD:=NEW"):
-        TopicNames("irp", ["-r", "a"])
+    for wrong in ("-r a", "-r", "-r /a:=/b:=/c", "-r /irp:/a:=/b", "-r __ns:=left", "/a:=/b"):
+        with pytest.raises(UsageError, match="OLD:=NEW"):
+            TopicNames("irp", wrong.split())
 
 
 def test_a_bag_has_no_parameters(tmp_path: Path) -> None:
@@ -460,7 +630,13 @@ def test_a_bag_of_a_live_run_replays_to_its_states(
         assert [each.time_from_start.nanosec for each in way.points] == [250_000_000, 500_000_000]
     capsys.readouterr()
     assert main(["replay", str(path), "--bag", str(bag)]) == 0
-    assert replayed(capsys.readouterr().out) == states(messages)
+    out = capsys.readouterr().out
+    assert replayed(out) == states(messages)
+    times = [
+        f"{json.loads(m.data)['time_s']:.3f}" for t, _, m in messages if t.endswith("/changes")
+    ]
+    assert re.findall(r"^([0-9.]+) s [\w.]+: ", out, re.MULTILINE) == times
+    assert not re.search("differs|no commands|more", out)
 
 
 def states(messages: list[tuple[str, int, Any]]) -> list[tuple[str, str]]:
@@ -506,3 +682,21 @@ def test_a_bag_has_messages_of_types_that_only_ros_knows(
     lamps = [message for topic, _, message in read(bag) if topic == "/lamp"]
     assert lamps and all(lamp.basic_types_value.float64_value == 3.0 for lamp in lamps)
     assert specc("replay", path, "--bag", bag).returncode == 0
+
+
+@pytest.mark.long
+def test_changes_of_constants_of_a_live_run_are_in_its_bag(
+    arm: Start, spec: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, bag = spec(name="tuned"), tmp_path / "tuned.mcap"
+    arm("tuner", "/tuned", "set v 0.5", "until tries 5", "set v 1.0", program="nodes.py")
+    options = ["--cycle-limit", "60", "--record", str(bag), "--profile", "ros2"]
+    assert main(["run", str(path), *options]) == 0
+    changes = [json.loads(m.data) for topic, _, m in read(bag) if topic.endswith("/changes")]
+    made = [(each["constant"], each["value"], each["by"]) for each in changes if "by" in each]
+    assert made == [("v", 0.5, "parameter"), ("tries", 5, "task"), ("v", 1.0, "parameter")]
+    capsys.readouterr()
+    assert main(["replay", str(path), "--bag", str(bag)]) == 0
+    out, err = capsys.readouterr()
+    assert (out.count("the same commands as in the bag"), err) == (2, "")
+    assert "S0 terminal always -> S1" in out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from specc_runtime.faults import Fault
 
@@ -25,6 +25,9 @@ class Ros2Run(Protocol):
 
     def set_constant(self, name: str, value: float, by: str) -> None:
         """Change a live constant; raises ValueError for what it may not be."""
+
+    def operate(self, name: str, value: Any) -> None:
+        """Operate an element of the panel; raises ValueError for what it does not take."""
 
     def late(self) -> Mapping[str, tuple[float, int]]:
         """How late the last step of each subsystem began, in s, and what it had skipped before."""

@@ -18,13 +18,42 @@ _SAME = 1e-6
 
 
 @dataclass(slots=True)
-class _Pair:
-    """The commands of a topic: those of the bag, and those of now with their times."""
+class _Commands:
+    """Commands in a row, of which each differs from the one before."""
 
-    had: deque[Any] = field(default_factory=deque)
-    now: deque[tuple[float, Any]] = field(default_factory=deque)
-    last: list[Any] = field(default_factory=lambda: [None, None])
-    count: int = 0
+    waiting: deque[tuple[float, Any]] = field(default_factory=deque)
+    """Those without a counterpart: when each was given first, and its fields."""
+    last: Any = None
+    last_s: float = 0.0
+    """When the last one was repeated last."""
+    more: int = 0
+    """Those left out, so that no others behind them can be compared."""
+
+    def add(self, time_s: float, fields: Any) -> None:
+        self.last_s = time_s
+        if not _same(self.last, fields):
+            self.last = fields
+            if len(self.waiting) < _MOST and not self.more:
+                self.waiting.append((time_s, fields))
+            else:
+                self.more += 1
+
+    def drop(self, before_s: float) -> None:
+        """Forget what was not given any more at a time."""
+        if self.last_s < before_s:
+            self.waiting.clear()
+            self.last = None
+        while len(self.waiting) > 1 and self.waiting[1][0] <= before_s:
+            self.waiting.popleft()
+
+
+@dataclass(slots=True)
+class _Pair:
+    """The commands of a topic: those of the bag, and those of now."""
+
+    had: _Commands = field(default_factory=_Commands)
+    now: _Commands = field(default_factory=_Commands)
+    same: int = 0
     difference: str = ""
 
 
@@ -35,27 +64,30 @@ class Commands:
         """`topics` by their whole names."""
         self.topics = topics
         self._types = types
-        self._pairs = {name: _Pair() for name in topics}
+        self.restart()
         self._of_element = {topic.name: name for name, topic in topics.items()}
 
-    def begin(self) -> None:
-        """The run begins: what the bag has before is not compared."""
-        for pair in self._pairs.values():
-            pair.had.clear()
-            pair.last[0], pair.count = None, 0
+    def restart(self) -> None:
+        """Know nothing of the bag, and be before the begin of the run."""
+        self._pairs = {name: _Pair() for name in self.topics}
+        self._has_begun = False
 
-    def had(self, topic: str, fields: Callable[[], dict[str, Any]]) -> None:
-        """The bag has a command."""
+    def begin(self, time_s: float) -> None:
+        """The run begins: what the bag has before that time is not compared."""
+        self._has_begun = True
+        for pair in self._pairs.values():
+            pair.had.drop(time_s)
+
+    def had(self, topic: str, fields: Callable[[], dict[str, Any]], time_s: float) -> None:
+        """The bag has a command, at that time of its own."""
         pair = self._pairs[topic]
-        if not pair.difference and len(pair.had) < _MOST:
+        if not pair.difference:
             try:
-                bare = _bare(fields())
+                pair.had.add(time_s, _bare(fields()))
             except NoMessage:
                 return
-            if not _same(pair.last[0], bare):
-                pair.last[0] = bare
-                pair.had.append(bare)
-                pair.count += 1
+            if not self._has_begun:
+                pair.had.drop(time_s)
             self._compare(topic, pair)
 
     def now(self, name: str, fields: Mapping[str, Any], time_s: float) -> None:
@@ -63,32 +95,54 @@ class Commands:
         if (topic := self._of_element.get(name)) is None:
             return
         pair, type_ = self._pairs[topic], whole_type(self.topics[topic].type)
-        if pair.difference or len(pair.now) >= _MOST or type_ not in self._types:
+        if pair.difference or type_ not in self._types:
             return
         try:
             bare = _bare(self._types.decoded(type_, self._types.encoded(type_, fields)))
         except NoMessage:
             return
-        if not _same(pair.last[1], bare):
-            pair.last[1] = bare
-            pair.now.append((time_s, bare))
+        pair.now.add(time_s, bare)
         self._compare(topic, pair)
 
     def _compare(self, topic: str, pair: _Pair) -> None:
-        while pair.had and pair.now:
-            then, (time_s, now) = pair.had.popleft(), pair.now.popleft()
-            if not _same(then, now):
-                texts = text_of(_values(then)), text_of(_values(now))
+        had, now = pair.had.waiting, pair.now.waiting
+        while had and now:
+            (_, then), (time_s, command) = had.popleft(), now.popleft()
+            if not _same(then, command):
+                texts = map(text_of, _differing(then, command))
                 pair.difference = (
-                    f"{topic} differs first at {time_s:g} s: the bag has {texts[0]}, now {texts[1]}"
+                    f"{topic} differs first at {time_s:g} s: the bag has {next(texts)}, "
+                    f"now {next(texts)}"
                 )
                 return
+            pair.same += 1
 
-    def differences(self) -> Iterator[str]:
-        """What differs, in words; nothing of topics that the bag does not have."""
-        for topic, pair in self._pairs.items():
-            if pair.count:
-                yield pair.difference or f"{topic}: the same commands as in the bag"
+    def differences(self, types: Mapping[str, str]) -> Iterator[str]:
+        """What differs, in words; `types` are those of the topics that the bag has."""
+        for name, pair in self._pairs.items():
+            declared = whole_type(self.topics[name].type)
+            if name not in types:
+                yield f"{name}: the bag has no commands"
+            elif types[name] != declared:
+                yield f"{name}: not compared, it is {types[name]} in the bag, and {declared} here"
+            elif declared not in self._types:
+                yield f"{name}: not compared, {declared} is not known"
+            else:
+                yield pair.difference or f"{name}: {_summary(pair)}"
+
+
+def _summary(pair: _Pair) -> str:
+    """How many commands are the same, and who has more of them."""
+    pairs = ("the bag", pair.had), ("the replay", pair.now)
+    more = [f"{who} has {n} more" for who, each in pairs if (n := len(each.waiting) + each.more)]
+    cap = (
+        f" (no more than {_MOST} wait to be compared)"
+        if any(each.more for _, each in pairs)
+        else ""
+    )
+    if not more:
+        return f"the same commands as in the bag ({pair.same})"
+    return f"the same until command {pair.same}; {', '.join(more)}{cap}"
 
 
 def _bare(fields: dict[str, Any]) -> dict[str, Any]:
@@ -97,12 +151,16 @@ def _bare(fields: dict[str, Any]) -> dict[str, Any]:
     return fields | ({"header": header} if header else {})
 
 
-def _values(fields: Any) -> Any:
-    """The parts of a message that are not 0 or empty, which are what is worth to be seen."""
-    if isinstance(fields, dict):
-        parts = {name: _values(value) for name, value in fields.items()}
-        return {name: value for name, value in parts.items() if value not in ({}, [], "", 0, None)}
-    return fields
+def _differing(one: Any, other: Any) -> tuple[Any, Any]:
+    """The fields of two messages that are not the same."""
+    if not (isinstance(one, dict) and isinstance(other, dict)):
+        return one, other
+    parts = {
+        name: _differing(one[name], other[name])
+        for name in one.keys() & other.keys()
+        if not _same(one[name], other[name])
+    }
+    return {n: parts[n][0] for n in one if n in parts}, {n: parts[n][1] for n in one if n in parts}
 
 
 def _same(one: Any, other: Any) -> bool:

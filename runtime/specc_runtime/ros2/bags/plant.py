@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from specc_runtime.changes import PARAMETER, TASK, Event
 from specc_runtime.faults import error_text
 from specc_runtime.options import UsageError
 from specc_runtime.plant import NO_SAMPLE, Sample
@@ -20,6 +21,7 @@ from specc_runtime.ros2.bags.readings import Readings
 from specc_runtime.ros2.bags.types import NoMessage
 from specc_runtime.ros2.goals import goals_of
 from specc_runtime.ros2.plant import conversions
+from specc_runtime.ros2.run import Ros2Run
 from specc_runtime.system import System
 
 _UNREADABLE = KeyError, TypeError, ValueError, IndexError, AttributeError, NoMessage
@@ -46,9 +48,39 @@ class BagPlant:
         self._decode, self._encode = conversions(spec)
         self._goals = goals_of(spec.ros2.topics)
         names = TopicNames(spec.ros2.node, ros_args)
-        self._readings = Readings(spec, names, file)
+        self._readings = Readings(
+            spec, names, file, {each.subsystem.name for each in system.subsystems}
+        )
+        self.other_commanders: dict[str, dict[str, Any]] = {}
+        self._run: Ros2Run | None = None
         self._time_s = 0.0
         self._has_ended = False
+
+    def join(self, run: Ros2Run) -> None:
+        """Change the constants of the run, and operate its panel, as the bag says."""
+        self._run = run
+        self._repeat_changes()
+
+    def changed(self, change: Event) -> None:
+        """Nothing: the bag stays as it is."""
+
+    def _repeat_changes(self) -> None:
+        """Have the run change at its next tick; what its task does, it does again by itself."""
+        if (run := self._run) is None:
+            return
+        changes, self._readings.changes = self._readings.changes, []
+        for change in changes:
+            constant, element = change.get("constant"), change.get("element")
+            value: Any = change.get("value")
+            try:
+                if change.get("by") == TASK:
+                    continue
+                if isinstance(constant, str):
+                    run.set_constant(constant, value, PARAMETER)
+                elif isinstance(element, str):
+                    run.operate(element, value)
+            except ValueError as error:
+                say(f"--bag: a change that is not made: {visible(str(error))}")
 
     def reset(self, seed: int) -> None:
         """Nothing: the bag is as it is."""
@@ -80,10 +112,11 @@ class BagPlant:
         self.is_over = self._has_ended
         self._time_s += duration_s
         self._has_ended = self._readings.until(self._readings.begin_s + self._time_s)
+        self._repeat_changes()
 
     def close(self) -> None:
         """Say what the bag had besides."""
-        for difference in self._readings.commands.differences():
+        for difference in self._readings.differences():
             print(visible(difference), flush=True)
         for loss in self._readings.losses():
             say(f"--bag: {loss}")

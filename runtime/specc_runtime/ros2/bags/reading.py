@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 from specc_runtime.faults import error_text
 from specc_runtime.recording.budget import Unusable
-from specc_runtime.recording.reading import Channel, Message, RecordFile, Schema
+from specc_runtime.recording.reading import Channel, Message, RecordFile, Schema, profile_of
+from specc_runtime.recording.spans import MAGIC
+from specc_runtime.report import RECORDING, is_of
 
 _FILES = (".mcap", ".db3")
 _PACKED = (".zstd", ".lz4")
@@ -59,17 +61,23 @@ class Bag:
         """When the last message of all that were seen was received."""
         self.path = path
         self._files = _files(path)
+        self.is_own = path.is_file() and is_of(RECORDING, _head(path))
+        """Whether specc wrote it: its times are those of the run."""
+        if self.is_own and not profile_of(path):
+            raise Unusable(f"{path} is a recording of specc: `specc replay {path} --spec SPEC`")
 
-    def messages(self, wanted: Collection[str]) -> Iterator[BagMessage]:
-        """The messages of these topics. Raises Unusable."""
-        read = {".mcap": self._of_mcap, ".db3": self._of_database}
-        files = (read[file.suffix](file, wanted) for file in self._files)
+    def messages(self, wanted: Collection[str] | None) -> Iterator[BagMessage]:
+        """The messages of these topics, or of all. Raises Unusable."""
+        files = (
+            (self._of_database if file.suffix == ".db3" else self._of_mcap)(file, wanted)
+            for file in self._files
+        )
         return in_order(chain.from_iterable(files))
 
-    def _of_mcap(self, file: Path, wanted: Collection[str]) -> Iterator[BagMessage]:
+    def _of_mcap(self, file: Path, wanted: Collection[str] | None) -> Iterator[BagMessage]:
         schemas: dict[int, Schema] = {}
         topics: dict[int, BagTopic] = {}
-        reading = RecordFile(file, topics=wanted)
+        reading = RecordFile(file, topics=wanted or ())
         for record in reading:
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -84,13 +92,13 @@ class Bag:
             elif isinstance(record, Message) and record.channel_id in topics:
                 topic = topics[record.channel_id]
                 self.end_ns = max(self.end_ns, record.log_time)
-                if topic.name in wanted:
+                if wanted is None or topic.name in wanted:
                     yield BagMessage(topic, record.log_time, record.data)
         self.end_ns = max(self.end_ns, round(reading.last_s * 1e9))
         self.cut |= reading.cut
         self.damaged += reading.damaged
 
-    def _of_database(self, file: Path, wanted: Collection[str]) -> Iterator[BagMessage]:
+    def _of_database(self, file: Path, wanted: Collection[str] | None) -> Iterator[BagMessage]:
         from rosbags.interfaces import MessageDefinitionFormat
         from rosbags.rosbag2 import Reader
 
@@ -102,7 +110,7 @@ class Bag:
                     is_text = each.msgdef.format == MessageDefinitionFormat.MSG
                     text = str(each.msgdef.data) if is_text else ""
                     topics[each.id] = self._seen(str(each.topic), str(each.msgtype), text)
-                chosen = [each for each in reader.connections if each.topic in wanted]
+                chosen = [c for c in reader.connections if wanted is None or c.topic in wanted]
                 for connection, time_ns, data in reader.messages(chosen) if chosen else ():
                     if type(time_ns) is not int or type(data) is not bytes:
                         raise ValueError("a message without its bytes or its time")
@@ -151,6 +159,8 @@ def _files(path: Path) -> list[Path]:
     try:
         inside = sorted(path.iterdir(), key=_counted) if path.is_dir() else [path]
         found = [file for file in inside if file.suffix in _FILES and file.is_file()]
+        if not found and path.is_file() and _head(path).startswith(MAGIC):
+            found = [path]
         packed = [file for file in inside if file.suffix in _PACKED]
     except (OSError, ValueError) as error:  # ValueError: not a file name, such as one with a NUL
         raise Unusable(f"cannot read {path}: {error_text(error)}") from error
@@ -160,6 +170,14 @@ def _files(path: Path) -> list[Path]:
         what = "has no .mcap and no .db3 file" if path.is_dir() else "is no .mcap or .db3 file"
         raise Unusable(f"{path} {what}: it is no bag" if path.exists() else f"there is no {path}")
     return found
+
+
+def _head(file: Path) -> bytes:
+    try:
+        with file.open("rb") as stream:
+            return stream.read(100)
+    except OSError as error:
+        raise Unusable(f"cannot read {file}: {error.strerror}") from error
 
 
 def _counted(file: Path) -> list[str | int]:

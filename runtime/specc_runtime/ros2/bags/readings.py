@@ -6,9 +6,10 @@ measurement, transforms those of a tree.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from specc_runtime.ros2.bags.names import TopicNames
 from specc_runtime.ros2.bags.reading import Bag, BagMessage, BagTopic
 from specc_runtime.ros2.bags.transforms import TOPICS, TransformTree
 from specc_runtime.ros2.bags.types import TEXT, NoMessage, Types, data_of, whole_type
-from specc_runtime.ros2.binding import CLOCK, Ros2Topic
+from specc_runtime.ros2.binding import CHANGES, CLOCK, Ros2Topic
 from specc_runtime.ros2.host.joints import JointNumbers
 from specc_runtime.ros2.host.stamps import measured_at
 from specc_runtime.ros2.plant import is_given_back
@@ -50,10 +51,13 @@ class News:
 class Readings:
     """The news of elements, by their names, at times of the bag.
 
-    `begin_s` is the first moment at which all that is awaited has had a message.
+    `begin_s` is when the recorded run of these `subsystems` began, if the bag has its changes, or
+    else the first moment at which all that is awaited has had a message.
     """
 
-    def __init__(self, spec: PlantSpec, names: TopicNames, file: Path) -> None:
+    def __init__(
+        self, spec: PlantSpec, names: TopicNames, file: Path, subsystems: Collection[str] = ()
+    ) -> None:
         """Reads the bag until that moment.
 
         Raises UsageError for a bag that cannot be read, or that lacks what is awaited.
@@ -79,16 +83,27 @@ class Readings:
         wanted = {*self._readers, *commanded, *(TOPICS if self._between else ())}
         self._is_simulated = ros2.use_sim_time
         self._awaited = {t.name for t in self._topics.values() if not t.interface} - initialized
-        self._at_s = 0.0
-        self._clock_s: float | None = None
-        self._restart()
+        self._changes = names.full(CHANGES.topic)
+        wanted.add(self._changes)
+        self._wanted = {*wanted, *([CLOCK] if self._is_simulated else ())}
+        self._subsystems = subsystems
         try:
-            self._bag = Bag(file)
-            self._coming = self._bag.messages({*wanted, *([CLOCK] if self._is_simulated else ())})
-            self._next: BagMessage | None = None
+            self._rewind(file)
             self.begin_s = self._find_begin()
         except Unusable as error:
             raise UsageError(f"--bag: {error}") from error
+
+    def _rewind(self, file: Path) -> None:
+        """Be before the first message of the bag; raises Unusable."""
+        self._at_s = self._passed_s = 0.0
+        self._newest_ns = self._late = self._latest_ns = 0
+        """Messages too far behind those of later times to be put in order, and how far."""
+        self._clock_s: float | None = None
+        self._restart()
+        self.commands.restart()
+        self._bag = Bag(file)
+        self._coming = self._bag.messages(self._wanted)
+        self._next: BagMessage | None = None
 
     def _restart(self) -> None:
         """Know nothing of what the bag has told."""
@@ -96,6 +111,8 @@ class Readings:
         self._news: dict[str, News] = {}
         self._transforms = TransformTree()
         self._stamps: dict[str, float] = {}
+        self.changes: list[dict[str, Any]] = []
+        """Of constants and of the panel, as they come."""
         of_joints = (t for t in self._topics.values() if t.joints and not t.interface)
         self._joints = {topic.name: self._join_of(topic) for topic in of_joints}
 
@@ -105,27 +122,74 @@ class Readings:
         return JointNumbers(*how, is_answered=bool(sensor.on_loss))
 
     def _find_begin(self) -> float:
-        is_first = True
-        while self._missing or is_first:
+        told_ns = self._told_begin_ns()
+        is_any = told_ns is not None
+        while self._missing or not is_any:
             message = next(self._coming, None)
             if message is None:
                 raise UsageError(f"--bag: {self._bag.path} {self._lacks()}")
             self._take(message)
-            is_first = False
-        self.commands.begin()
-        begin_s = self._at_s
+            is_any = True
+        if told_ns is None and not self._awaited:
+            told_ns = next(message.time_ns for message in Bag(self._bag.path).messages(None))
+        if told_ns is None:
+            begin_s = self._at_s
+            self._next = next(self._coming, None)
+        else:
+            self._rewind(self._bag.path)
+            begin_s = self._go_to(told_ns)
+        self.commands.begin(begin_s - EARLY_S)
+        self.changes.clear()
         for topic in self._topics.values():
             if topic.is_call or topic.part == "cancel":  # until the bag says something of it
                 self._news.setdefault(topic.name, News(partial(_nothing, topic), begin_s))
-        self._next = next(self._coming, None)
         self.until(begin_s)
         return begin_s
+
+    def _told_begin_ns(self) -> int | None:
+        """When a run of the same system began, if the bag has the first change of a state."""
+        bag = Bag(self._bag.path)
+        begin_ns = None
+        for message in bag.messages({self._changes}):
+            change = self._change(message)
+            if change.get("from", "") is None and change.get("subsystem") in self._subsystems:
+                begin_ns = message.time_ns
+                break
+        for name, topics in self._readers.items():
+            for topic in topics if name in bag.topics else ():
+                self._check_type(bag.topics[name], self._type_of(name, topic))
+        has_time = not self._is_simulated or bag.is_own or CLOCK in bag.topics
+        if not has_time and bag.topics:
+            raise Unusable(f"{bag.path} has no {CLOCK}, which gives the time with `use_sim_time`")
+        return begin_ns
+
+    def _change(self, message: BagMessage) -> dict[str, Any]:
+        """What a message says of changes; nothing if it does not."""
+        try:
+            if message.topic.type == TEXT:
+                change = data_of(self._types.decoded(TEXT, message.data)["data"])
+                return change if isinstance(change, dict) else {}
+        except NoMessage:
+            pass
+        return {}
+
+    def _go_to(self, begin_ns: int) -> float:
+        """Take what was received before a moment; when that is on the clock of the run."""
+        self._next = next(self._coming, None)
+        while self._next is not None and (
+            self._next.time_ns < begin_ns or (self._next.topic.name == CLOCK and not self._clock_s)
+        ):
+            self._take(self._next)
+            self._next = next(self._coming, None)
+        self._at_s = begin_ns * 1e-9 if self._clock_s is None else self._clock_s
+        return self._at_s
 
     def _lacks(self) -> str:
         if not self._bag.topics:
             return "is cut, and has no message" if self._bag.cut else "is empty"
         names = sorted(self._missing or self._topics)
-        lacking = ", ".join(f"{self._where(self._topics[name])} ({name})" for name in names)
+        where = [f"{self._where(self._topics[name])} ({name})" for name in names]
+        lacking = ", ".join(where or self.commands.topics)
         there = sorted(f"{t.name} [{t.type}]" for t in self._bag.topics.values())
         more = f" and {len(there) - _MOST_NAMED} more" if len(there) > _MOST_NAMED else ""
         cut = ", and it is cut" if self._bag.cut else ""
@@ -156,23 +220,51 @@ class Readings:
             raise PlantError(str(error).removeprefix("--bag: ")) from error
         if self._next is None:
             return now_s >= self._end_s()
-        if (gap_s := self._time_of(self._next) - now_s) > LONGEST_GAP_S:
-            raise PlantError(f"{self._bag.path} has nothing that is read for {gap_s:.6g} s")
+        next_s = self._time_of(self._next)
+        if next_s > self._passed_s + LONGEST_GAP_S and (gap := self._gap(now_s, next_s)):
+            raise PlantError(f"{self._bag.path} has no message for {gap:.6g} s")
         return False
+
+    def _gap(self, from_s: float, to_s: float) -> float:
+        """How long the bag has no message at all between two times, s; 0 if that is not too long.
+
+        Looked for once, where nothing comes that is read.
+        """
+        self._passed_s = to_s
+        if self._clock_s is not None:
+            return to_s - from_s
+        try:
+            times = (each.time_ns * 1e-9 for each in Bag(self._bag.path).messages(None))
+            longest_s, last_s = 0.0, from_s
+            for time_s in chain((t for t in times if from_s < t < to_s), (to_s,)):
+                longest_s, last_s = max(longest_s, time_s - last_s), max(last_s, time_s)
+        except Unusable as error:
+            raise PlantError(str(error)) from error
+        return longest_s if longest_s > LONGEST_GAP_S else 0.0
 
     def _end_s(self) -> float:
         """When the bag ends, all of which has been taken."""
         end_s = self._at_s if self._clock_s is not None else self._bag.end_ns * 1e-9
-        return end_s if 0 < end_s - self._at_s < LONGEST_GAP_S else self._at_s
+        is_far = end_s > max(self._at_s, self._passed_s) + LONGEST_GAP_S
+        return self._at_s if is_far and self._gap(self._at_s, end_s) else max(end_s, self._at_s)
 
     def news(self, name: str) -> News | None:
         """What an element has reported since the last call, if anything."""
         return self._news.pop(name, None)
 
+    def differences(self) -> Iterator[str]:
+        """What the run has commanded otherwise than the bag, in words."""
+        return self.commands.differences({t.name: t.type for t in self._bag.topics.values()})
+
     def losses(self) -> Iterator[str]:
         """What of the bag was not read, and which actions it does not know, in words."""
         if self._bag.cut or self._bag.damaged:
             yield f"{self._bag.path} is cut or damaged: what is left of it was read"
+        if self._late:
+            yield (
+                f"{self._bag.path}: the times of {self._late} messages are up to "
+                f"{self._latest_ns * 1e-9:.6g} s before those of earlier ones: they were taken late"
+            )
         calls = {(t.interface, t.topic) for t in self._topics.values() if t.interface}
         for call in sorted(calls):
             parts = [t for t in self._topics.values() if (t.interface, t.topic) == call]
@@ -200,21 +292,26 @@ class Readings:
             self._follow(self._clock_of(message))
             return
         self._at_s = max(self._at_s, self._time_of(message))
+        self._newest_ns = max(self._newest_ns, message.time_ns)
+        if (behind_ns := self._newest_ns - message.time_ns) > 0:
+            self._late, self._latest_ns = self._late + 1, max(self._latest_ns, behind_ns)
         for topic in self._readers.get(name, ()):
+            fields = self._fields(message.topic, self._type_of(name, topic), message.data)
             if name != self._names.of_element(topic.name):
-                self._give(topic, self._fields(message.topic, whole_type(topic.type), message.data))
+                self._give(topic, fields)
             elif topic.between:
-                fields = self._fields(message.topic, _TRANSFORM, message.data)
                 self._give(topic, fields, lambda message: message["transform"])
             else:
-                text = self._fields(message.topic, TEXT, message.data)
-                self._put(topic.name, partial(_from_text, text), self._at_s)
+                self._put(topic.name, partial(_from_text, fields), self._at_s)
+        if name == self._changes and not (change := self._change(message)).get("subsystem"):
+            self.changes.append(change)
         if self._between and name in TOPICS:
             self._transform(message)
         if name in self.commands.topics:
             type_ = whole_type(self.commands.topics[name].type)
             if message.topic.type == type_ and type_ in self._types:
-                self.commands.had(name, self._fields(message.topic, type_, message.data))
+                fields = self._fields(message.topic, type_, message.data)
+                self.commands.had(name, fields, self._at_s)
 
     def _follow(self, clock_s: float) -> None:
         """Be at a time of `/clock`; what came before the first one has no time."""
@@ -228,15 +325,24 @@ class Readings:
 
     def _fields(self, topic: BagTopic, type_: str, data: bytes) -> Callable[[], dict[str, Any]]:
         """What gives the fields of a message; raises UsageError if it is of another type."""
-        if topic.type != type_:
-            words = f"{topic.name} is {topic.type} in {self._bag.path}, where {type_} is read"
-            raise UsageError(f"--bag: {visible(words)}")
+        self._check_type(topic, type_)
         if type_ not in self._types_of:
             try:
                 self._types_of[type_] = self._types_for(topic)
             except NoMessage as error:
                 raise UsageError(f"--bag: {visible(f'{topic.name}: {error}')}") from error
         return partial(self._types_of[type_].decoded, type_, data)
+
+    def _type_of(self, name: str, topic: Ros2Topic) -> str:
+        """What the messages of an element are, on the topic of that name."""
+        if name != self._names.of_element(topic.name):
+            return whole_type(topic.type)
+        return _TRANSFORM if topic.between else TEXT
+
+    def _check_type(self, topic: BagTopic, type_: str) -> None:
+        if topic.type != type_:
+            words = f"{topic.name} is {topic.type} in {self._bag.path}, where {type_} is read"
+            raise UsageError(f"--bag: {visible(words)}")
 
     def _types_for(self, topic: BagTopic) -> Types:
         """What unpacks the messages of a topic as they were recorded; raises NoMessage."""
@@ -269,7 +375,8 @@ class Readings:
         """When a message that comes now was measured; raises DeviceError for another clock."""
         at = SimpleNamespace(**stamp) if stamp else None
         latched = dict(topic.qos).get("durability") == "transient_local"
-        return measured_at(at, self._at_s, self._at_s, topic.topic, latched=latched)
+        who: Any = {"latched": latched, "receiver": "the bag"}
+        return measured_at(at, self._at_s, self._at_s, topic.topic, **who)
 
     def _join(self, topic: Ros2Topic, message: dict[str, Any], measured_s: float) -> None:
         joints = self._joints[topic.name]

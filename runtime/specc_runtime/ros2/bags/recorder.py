@@ -209,7 +209,10 @@ class BagRecorder:
         """See `specc_runtime.companion.Recording`: nothing goes on from a bag."""
 
     def changed(self, change: Event, time_s: float) -> None:
-        """See `specc_runtime.companion.Recording`: the report has it."""
+        """A constant or an element of the panel is another one from now on."""
+        data = change.as_data() | {"time_s": round(time_s, 9)}
+        del data["tick"]
+        self._add(CHANGES.name, time_s, json.dumps(data, ensure_ascii=False))
 
     def tick(self, view: View) -> None:
         """See `Companion`."""

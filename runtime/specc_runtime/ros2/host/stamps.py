@@ -13,7 +13,13 @@ PAST_S = 60.0
 
 
 def measured_at(
-    stamp: Any, now_ros_s: float, now_s: float, topic: str, *, latched: bool = False
+    stamp: Any,
+    now_ros_s: float,
+    now_s: float,
+    topic: str,
+    *,
+    latched: bool = False,
+    receiver: str = "this node",
 ) -> float:
     """The time of measurement, in s of `time.monotonic()`, never after the arrival `now_s`.
 
@@ -29,6 +35,6 @@ def measured_at(
         how = f"{age_s:.9g} s before" if age_s > 0 else f"{-age_s:.9g} s after"
         raise DeviceError(
             f"a message on {topic} is stamped {how} it arrived: the clock of its sender is another "
-            "one than that of this node (is one of them simulated, `use_sim_time`?)"
+            f"one than that of {receiver} (is one of them simulated, `use_sim_time`?)"
         )
     return now_s - max(age_s, 0.0)
