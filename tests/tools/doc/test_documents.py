@@ -22,7 +22,7 @@ from specc.tools.doc.departures import departures_in
 from specc.tools.doc.document import DocumentText, DocumentWriter
 from tests.commands import specc
 from tests.compiled import SPECS
-from tests.seeds import every
+from tests.seeds import SOAK, every
 
 ROOT = SPECS.parent
 ALL = sorted(
@@ -225,13 +225,10 @@ def test_departures_and_the_equations_that_they_are_about() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(each, marks=pytest.mark.long if each in FEW else pytest.mark.soak)
-        for each in ALL
-    ],
+    [pytest.param(each, marks=pytest.mark.long if each in FEW else SOAK) for each in ALL],
 )
 def test_documents_of_all_specifications(path: str, tmp_path: Path) -> None:
-    if "panda" in path and not MODELS.exists():
+    if ("panda" in path or "cubes" in path) and not MODELS.exists():
         pytest.skip("the robot models are an own step: make models")
     done = specc("doc", path, "--out", tmp_path)
     assert done.returncode == 0, done.stderr

@@ -45,6 +45,7 @@ def test_results_are_those_of_single_runs(cell: str, tmp_path: Path) -> None:
         assert not any(each["verdict"] == "violated" for each in report["requirements"])
 
 
+@pytest.mark.long
 @pytest.mark.soak
 @pytest.mark.parametrize("cell", EACH)
 def test_every_scenario_passes(cell: str, tmp_path: Path) -> None:
