@@ -143,7 +143,7 @@ def follower(topic: str) -> list[Node]:
     states = node.create_publisher(JointState, "/joint_states", 10)
     left: list[tuple[float, dict[str, float]]] = []
 
-    def told(message: JointTrajectory) -> None:
+    def receive(message: JointTrajectory) -> None:
         now_s = time.monotonic()
         for point in message.points:
             due_s = point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec
@@ -158,7 +158,7 @@ def follower(topic: str) -> list[Node]:
         state.header.stamp = node.get_clock().now().to_msg()
         states.publish(state)
 
-    node.create_subscription(JointTrajectory, topic, told, 10)
+    node.create_subscription(JointTrajectory, topic, receive, 10)
     node.create_timer(0.02, tell)
     return [node]
 
@@ -376,7 +376,7 @@ def switch(service: str, *outcomes: str) -> list[Node]:
     """Answers each call: `succeed` or `fail` at once, `slow` after 0.6 s; then it is gone."""
     node, left = rclpy.create_node("switch"), list(outcomes)
 
-    def asked(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         outcome = left.pop(0)
         print(outcome, request.data, flush=True)
         if outcome == "slow":
@@ -386,7 +386,7 @@ def switch(service: str, *outcomes: str) -> list[Node]:
             node.create_timer(0.1, partial(node.destroy_service, served))
         return response
 
-    served = node.create_service(SetBool, service, asked)
+    served = node.create_service(SetBool, service, answer)
     return [node]
 
 

@@ -467,26 +467,28 @@ def test_commands_are_counted() -> None:
     topic = Ros2Topic("a.E.v", "/v", "geometry_msgs/Twist", "message", commanded=True)
     types, has = Types(), {"/v": "geometry_msgs/msg/Twist"}
 
-    def said(had: list[tuple[float, float]], now: list[float]) -> str:
+    def difference(had: list[tuple[float, float]], now: list[float]) -> str:
         commands = Commands({"/v": topic}, types)
         for time_s, x in had:
             fields = {"linear": {"x": x, "y": 1.0, "z": 0.0}, "angular": {}}
-            commands.had("/v", partial(told, fields), time_s)
+            commands.had("/v", partial(decoded, fields), time_s)
             if time_s == 1.0:
                 commands.begin(1.0)
         for x in now:
             commands.now("a.E.v", {"linear": {"x": x, "y": 1.0}}, 2.0)
         return "".join(commands.differences(has))
 
-    def told(fields: dict[str, Any]) -> dict[str, Any]:
+    def decoded(fields: dict[str, Any]) -> dict[str, Any]:
         return types.decoded(has["/v"], types.encoded(has["/v"], fields))
 
     had = [(0.0, 3.0), (0.9, 0.0), (1.0, 0.0), (2.0, 1.0)]
-    assert said(had, [0.0, 0.0, 1.0]) == "/v: the same commands as in the bag (2)"
-    assert said(had, [0.0]) == "/v: the same until command 1; the bag has 1 more"
-    assert said(had, [0.0, 1.0, 0.0]) == "/v: the same until command 2; the replay has 1 more"
-    assert "the bag has {'linear': {'x': 0.0}}, now {'linear': {'x': 5.0}}" in said(had, [5.0])
-    many = said(had, [float(n % 2) for n in range(10_004)])
+    assert difference(had, [0.0, 0.0, 1.0]) == "/v: the same commands as in the bag (2)"
+    assert difference(had, [0.0]) == "/v: the same until command 1; the bag has 1 more"
+    assert difference(had, [0.0, 1.0, 0.0]) == "/v: the same until command 2; the replay has 1 more"
+    assert "the bag has {'linear': {'x': 0.0}}, now {'linear': {'x': 5.0}}" in difference(
+        had, [5.0]
+    )
+    many = difference(had, [float(n % 2) for n in range(10_004)])
     assert many.endswith("the replay has 10002 more (no more than 10000 wait to be compared)")
 
 

@@ -175,7 +175,7 @@ def effector(tmp_path: Path) -> Stepped:
     return stepped
 
 
-def told(effector: Stepped) -> Any:
+def command(effector: Stepped) -> Any:
     """Have it go, and its device take the goal; returns that."""
     assert effector.step({"x.c.q_d": "[0.4, -0.3] * 1[rad]"}).endswith("-> moving")
     goal = effector.sent["y.E.goal"]
@@ -184,7 +184,7 @@ def told(effector: Stepped) -> Any:
 
 
 def test_a_goal_takes_as_long_as_the_bounds_allow(effector: Stepped) -> None:
-    goal = told(effector)
+    goal = command(effector)
     bounds = np.ones(2), 2 * np.ones(2)
     assert goal.time_from_start == time_to_rest(np.zeros(2), goal.positions, *bounds)
     assert goal.time_from_start == pytest.approx(np.sqrt(6 * 0.4 / 2), abs=1e-3)
@@ -193,7 +193,7 @@ def test_a_goal_takes_as_long_as_the_bounds_allow(effector: Stepped) -> None:
 
 
 def test_the_status_of_another_goal_is_not_believed(effector: Stepped) -> None:
-    first = told(effector)
+    first = command(effector)
     effector.step({"x.c.q_d": "[0.1, 0.1] * 1[rad]", "x.E.status": "succeeded"})
     assert effector.state == "moving"
     assert effector.step({"x.E.status": "aborted"}) == ""  # still that of the first
@@ -206,7 +206,7 @@ def test_the_status_of_another_goal_is_not_believed(effector: Stepped) -> None:
 
 @pytest.mark.parametrize("status", ["aborted", "rejected", "canceled"])
 def test_a_goal_that_does_not_succeed_has_failed(effector: Stepped, status: str) -> None:
-    told(effector)
+    command(effector)
     assert effector.step({"x.E.status": status}).endswith("-> failed")
     assert effector["y.c.failed"] and effector.sent["y.E.goal"] is None
     effector.step({"x.c.q_d": "[0, 0] * 1[rad]"})
@@ -214,7 +214,7 @@ def test_a_goal_that_does_not_succeed_has_failed(effector: Stepped, status: str)
 
 
 def test_halt_gives_the_goal_up_and_waits_for_its_end(effector: Stepped) -> None:
-    told(effector)
+    command(effector)
     effector.step({"x.E.status": "executing"})
     assert effector.step({"x.c.halt": True}).endswith("-> stopping")
     assert effector.sent["y.E.goal"] is None
@@ -224,7 +224,7 @@ def test_halt_gives_the_goal_up_and_waits_for_its_end(effector: Stepped) -> None
 
 
 def test_who_takes_too_long_has_failed(effector: Stepped) -> None:
-    told(effector)
+    command(effector)
     effector.place("moving", periods=round((1.1 + 2) * 50) + 1)
     assert effector.step().endswith("-> failed")
 

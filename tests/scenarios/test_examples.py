@@ -23,11 +23,8 @@ ALONE = [each for each in ALL if SKILL not in each.values]
 """Those that nobody in ROS commands."""
 
 
-ROBOTS = sorted({*WHEELS} - {SKILL})
-
-
-@pytest.mark.parametrize(  # those two have two agents
-    ("spec", "lines"), [*((spec, 199) for spec in ROBOTS), (SKILL, 205), (CELL, 235)], ids=str
+@pytest.mark.parametrize(
+    ("spec", "lines"), [*((spec, 199) for spec in WHEELS), (CELL, 235)], ids=str
 )
 def test_it_is_short(spec: Path, lines: int) -> None:
     """The system; what it is tried with comes after it."""

@@ -79,7 +79,7 @@ class Types:
         try:
             is_one = 0 < len(text) <= _LONGEST_DEFINITION
             found = get_types_from_msg(text, name) if is_one else {}
-        except Exception:  # noqa: BLE001  # as above
+        except Exception:  # noqa: BLE001  # the text is a stranger's
             return True
         return all(found[n][1] == self._fields(n) for n in found if n in self)
 
